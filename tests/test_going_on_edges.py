@@ -1,5 +1,6 @@
 """Where a run that goes on, or one with rows or an end between its steps, could go wrong without a word."""
 
+import pickle
 from typing import Any
 
 import numpy as np
@@ -260,3 +261,10 @@ def test_rows_in_the_step_before_a_load_jumps_do_not_feel_it(kind: str, scheme: 
     assert (
         np.abs(r.u[:, 0] - exact).max() < 1.2 * np.abs(ends.u[:, 0] - at_ends).max() + 81.0 / 384.0 * longest**4 * 2.0
     )
+
+
+def test_the_state_of_rows_up_to_an_event_survives_a_copy() -> None:
+    scene = ss.scene("linear_oscillator", omega=2.0, u0=1.0)
+    r = ss.march(scene, "newmark", dt=0.01, t_end=2.0, at=[0.1, 0.2], until=lambda t, u, v: u[0])
+    copied = pickle.loads(pickle.dumps(r))
+    assert copied.state.t == r.state.t == r.t_events[0]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
@@ -50,7 +51,7 @@ def sampled(r: R, times: ArrayLike) -> R:
             f"{r.status}; give earlier ones"
         )
     u, v, a = _at(r, np.clip(wanted, r.t[0], r.t[-1]))
-    last = r.last or (lambda: r.state)
+    last = r.last or partial(getattr, r, "state")
     return replace(r, u=u, v=v, own_a=a, times=wanted, step=np.nan, last=last, **r.at_times(wanted))
 
 

@@ -62,15 +62,13 @@ def going_on(modes: ModalBasis, scheme: Scheme, steps: ConstantSteps, state: Sta
     none, J = np.zeros((3, len(modes))), len(modes.structure.loads)
     like = modal_lanes(modes, steps, replace(state, u=0.0 * state.u, v=0.0 * state.v, a=None))[:J]
     given = [lane.factor for lane in like]
-    if len(factors) in (J, J + 1) and np.array_equal(factors[:J], np.reshape(given, (J, len(modes)))):
-        loads: Sequence[ModalLane] = like
-    else:
+    same = len(factors) in (J, J + 1) and np.array_equal(factors[:J], np.reshape(given, (J, len(modes))))
+    if not same:
         rows, ends = (np.concatenate([np.zeros((J, *x.shape[1:])), (factors[:, None] * x).sum(axis=0)[None]])
                       for x in (rows, ends))  # fmt: skip
-        loads = like
     o = like[0].oscillators if like else modal_lanes(modes, steps)[0].oscillators
     own = ModalLane(None, o._replace(start=none), np.ones(len(modes)), steps.begin)
-    lanes = [*loads, own][: len(rows)]
+    lanes = [*like, own][: len(rows)]
     return [
         replace(lane, oscillators=lane.oscillators._replace(start=end), begin=steps.begin._replace(rows=x))
         for lane, x, end in zip(lanes, rows, ends, strict=True)
