@@ -5,6 +5,7 @@ from collections.abc import Mapping
 
 from sympy import srepr, sympify
 
+from .law import Law
 from .parameter import Root
 from .scene import Scene
 from .scheme import Scheme
@@ -26,6 +27,17 @@ def scheme_digest(scheme: Scheme) -> str:
     return hashlib.sha256("\n".join(declared).encode()).hexdigest()
 
 
+def law_digest(law: Law) -> str:
+    """sha256 of everything declared about the law."""
+    parts: list[object] = [law.name, law.reference]
+    for p in law.parameters:
+        parts += [srepr(p.symbol), srepr(p.domain), srepr(sympify(p.default))]
+    for mapping in (law.memory, law.update):
+        parts += [srepr(sympify(x)) for both in mapping.items() for x in both]
+    parts += [srepr(x) for x in (law.force, law.stored, law.dissipated)]
+    return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()
+
+
 def scene_digest(scene: Scene) -> str:
     """sha256 of everything declared about the scene."""
     parts: list[object] = [scene.name, scene.reference]
@@ -33,6 +45,9 @@ def scene_digest(scene: Scene) -> str:
         parts += [x if isinstance(x, str) else srepr(sympify(x)) for both in mapping.items() for x in both]
     for p in scene.parameters:
         parts += [srepr(p.symbol), srepr(p.domain), srepr(sympify(p.default))]
+    for name, element in scene.laws.items():
+        parts += [name, law_digest(element.law), srepr(element.elongation)]
+        parts += [f"{k}={srepr(x)}" for k, x in element.values.items()]
     energies = (scene.kinetic, scene.potential, scene.dissipation, scene.length, scene.energy_scale)
     parts += [srepr(sympify(e)) for e in energies]
     return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()

@@ -32,7 +32,7 @@ _CALLS = {
     *("held_only", "damped", "changing"),
 }
 # functions of a scene's module, and what these use, beside functions for its outputs
-_SCENE_FUNCTIONS = {"energy", "acceleration", "angular_momentum", "np"}
+_SCENE_FUNCTIONS = {"energy", "acceleration", "angular_momentum", "commit", "force", "np"}
 
 
 def python_name(symbol: Symbol) -> str:
@@ -134,6 +134,18 @@ def check_scene(
             raise _taken(scene, "output", name)
 
 
+def check_law(law: str, parameters: Iterable[Symbol], memory: Iterable[Symbol]) -> None:
+    """Raises DeclarationError where names of a law, its parameters and its memory would collide."""
+    _check_identifier(law, "law", law)
+    values, kept = [p.name for p in parameters], [m.name for m in memory]
+    for what, names in (("parameter", values), ("memory", kept)):
+        for name in names:
+            _check_identifier(law, what, name)
+            if name in _CALLS:
+                raise _taken(law, what, name)
+    _check_distinct(law, [*values, *kept, "e", "e_dot", "elapsed", "dissipated"])
+
+
 def check_pair(scheme: str, scene: str, of_scheme: Iterable[Symbol], of_scene: Iterable[Symbol]) -> None:
     """Raises DeclarationError where a scheme and a scene both have a parameter of one name."""
     if both := sorted({p.name for p in of_scheme} & {p.name for p in of_scene}):
@@ -153,8 +165,9 @@ def _check_identifier(owner: str, what: str, name: str) -> None:
 def _check_distinct(owner: str, names: list[str]) -> None:
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise DeclarationError(
-            f"{owner}: expected a name of its own for each parameter, family's argument, coordinate, rate and "
-            f"invariant, and none of them t, f or h of a scene, got '{twice[0]}' twice; rename one"
+            f"{owner}: expected a name of its own for each parameter, family's argument, coordinate, rate, invariant "
+            "and memory, and none of them t, f or h of a scene, or e, e_dot, elapsed or dissipated of a law, got "
+            f"'{twice[0]}' twice; rename one"
         )
 
 

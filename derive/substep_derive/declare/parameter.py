@@ -4,11 +4,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
+from sympy import factor as factored
 from sympy import (
     QQ,
     CoercionFailed,
     Expr,
     Interval,
+    Mul,
     Poly,
     PolynomialError,
     Rational,
@@ -182,3 +184,36 @@ class Family:
 
     argument: Parameter
     values: Mapping[Symbol, Expr]
+
+
+def positive(e: Expr, parameters: Sequence[Parameter]) -> bool:
+    """Whether a product of numbers and of factors linear in one parameter is positive in the whole of their intervals.
+
+    False where that is not seen.
+    """
+    negative = False
+    for factor in Mul.make_args(factored(e)):
+        base, exponent = factor.as_base_exp()
+        sign = _sign(base, parameters)
+        if not sign or not exponent.is_integer:
+            return False
+        negative ^= sign < 0 and bool(exponent.is_odd)
+    return not negative
+
+
+def _sign(e: Expr, parameters: Sequence[Parameter]) -> int:
+    """1 or -1 where an expression linear in one parameter has that sign in the whole of its interval, else 0."""
+    if e.is_number:
+        return 1 if e > 0 else -1 if e < 0 else 0
+    domain = next((p.domain for p in parameters if e.free_symbols == {p.symbol}), None)
+    (symbol, *more) = e.free_symbols
+    if domain is None or more or e.diff(symbol, 2) != 0:
+        return 0
+    ends = [
+        (e.subs(symbol, end) if end.is_finite else e.diff(symbol) * end, open_)
+        for end, open_ in ((domain.start, domain.left_open), (domain.end, domain.right_open))
+    ]
+    for sign in (1, -1):
+        if all(sign * x > 0 or (x == 0 and open_) for x, open_ in ends) and any(sign * x > 0 for x, _ in ends):
+            return sign
+    return 0

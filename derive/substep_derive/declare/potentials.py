@@ -1,4 +1,4 @@
-"""Functions that potentials are written with."""
+"""Functions that potentials and laws are written with."""
 
 from typing import Any
 
@@ -52,6 +52,22 @@ class sinc_slope(Function):
     """The derivative of sin(x)/x."""
 
     nargs = 1
+
+
+class signed_power(Function):
+    """|x|**a with the sign of x: a force of a damper."""
+
+    nargs = 2
+
+    def fdiff(self, argindex: Any = 1) -> Expr:
+        """The derivative by x."""
+        return self.args[1] * abs_power(self.args[0], self.args[1] - 1)
+
+
+class abs_power(Function):
+    """|x|**a, finite at 0."""
+
+    nargs = 2
 
 
 def tidy(potential: Expr) -> Expr:

@@ -11,6 +11,7 @@ from typing import Any
 from sympy import Expr, Interval, Matrix, S, Symbol, oo, sympify
 
 from .errors import DeclarationError
+from .law import Element
 from .names import check_scene, printed
 from .parameter import Parameter
 from .symbols import acceleration, rate, sampled, t
@@ -40,7 +41,7 @@ class Scene:
     force as a function of t, or of `sampled`, which stands for a load that the user gives.
     start: coordinate and rate -> value at t = 0; acceleration(coordinate) -> value where it is given
     rather than consistent with the equation of motion. length: the length to which Newton's tolerance is
-    relative. outputs: name -> expression in coordinates and invariants. energy_scale: the energy to which
+    relative. laws: name -> a force with memory over an elongation. outputs: name -> expression in coordinates and invariants. energy_scale: the energy to which
     errors are relative in a scene that starts without energy. reference: where the scene is from.
     """
 
@@ -54,18 +55,28 @@ class Scene:
     invariants: Mapping[Symbol, Expr] = field(default_factory=dict[Symbol, Expr])
     dissipation: Expr = S.Zero
     load: Mapping[Symbol, Expr] = field(default_factory=dict[Symbol, Expr])
+    laws: Mapping[str, Element] = field(default_factory=dict[str, Element])
     outputs: Mapping[str, Expr] = field(default_factory=dict[str, Expr])
     energy_scale: Expr | None = None
     reference: str = ""
 
     def __post_init__(self) -> None:
         q, v = tuple(self.coordinates), self.rates
-        derived = (*v, *self.accelerations, *self.invariants)
+        derived = (
+            *v,
+            *self.accelerations,
+            *self.invariants,
+            *(s for names in self.memory_of.values() for s in names.values()),
+        )
         check_scene(self.name, [p.symbol for p in self.parameters], q, derived, self.outputs)
         values = {p.symbol for p in self.parameters}
         self._known("kinetic energy", self.kinetic, values | set(v))
         self._known("potential", self.potential, values | set(q) | set(self.invariants) | {t})
         self._known("dissipation", self.dissipation, values | set(v))
+        for name, element in self.laws.items():
+            self._known(f"elongation of {name}", element.elongation, values | set(q))
+            for what, value in element.values.items():
+                self._known(f"{what} of {name}", value, values)
         for symbol, force in self.load.items():
             self._known(f"load on {symbol}", force, values | {t, sampled})
         for symbol, e in (*self.start.items(), ("length", self.length)):
@@ -118,9 +129,19 @@ class Scene:
             invariants=all_renamed(self.invariants),
             dissipation=renamed(self.dissipation),
             load=all_renamed(self.load),
+            laws={name: element.renamed(names) for name, element in self.laws.items()},
             outputs=all_renamed(self.outputs),
             energy_scale=renamed(self.energy_scale),
         )
+
+    @property
+    def memory_of(self) -> Mapping[str, Mapping[Symbol, Symbol]]:
+        """For each law the symbols of its memory -> those of the scene, with the law's name before them if there are more."""
+        several = len(self.laws) > 1
+        return {
+            name: {s: Symbol(f"{name}_{s.name}") if several else s for s in element.law.memory}
+            for name, element in self.laws.items()
+        }
 
     @property
     def rates(self) -> tuple[Symbol, ...]:

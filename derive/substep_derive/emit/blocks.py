@@ -43,7 +43,7 @@ def _shared(body: Body) -> set[str]:
     after = {str(new) for _, new in body.shift}
     groups = [_flow(phase) for phase in (*phases, (*last, Part(body.results)))]
     groups[-1][1].update(after, body.finite)
-    groups.append((set(), _read(e for vector in body.report for e in vector if str(e) not in after)))
+    groups.append((set(), _read(e for _, e in body.stored if str(e) not in after)))
     return {
         name
         for k, (assigned, _) in enumerate(groups)
@@ -56,8 +56,9 @@ def _flow(phase: Phase) -> tuple[set[str], set[str]]:
     """Names that a phase leaves with a value, and that it reads."""
     if isinstance(phase, BalanceStep):
         moving = dict(phase.moving)
-        read = _read([*moving.values(), *phase.residual, *phase.jacobian, *phase.z])
-        return set(map(str, phase.z)), read - set(map(str, moving))
+        bounds = [s for s, _ in phase.bounds]
+        read = _read([*moving.values(), *phase.residual, *phase.jacobian, *phase.z, *bounds])
+        return set(map(str, [*phase.z, *bounds])), read - set(map(str, moving))
     assigned = [both for part in phase for both in part.assignments]
     return {str(s) for s, _ in assigned}, _read(e for _, e in assigned)
 
@@ -79,8 +80,7 @@ def _march(body: Body, step: StepText, arguments: Sequence[str]) -> str:
     rows += ["size", *(f"{name}_{k}" for k in iterated for name in ("go", "idle", "sum", "most"))] if iterated else []
     leaving = [*_LEAVING, *(["newton", "common"] if iterated else [])]
     after = {str(new): old for old, new in body.shift}
-    kept = [[after.get(str(e), e) for e in vector] for vector in body.report]
-    stores = [f"row[{kind}, {i}] = {w.doprint(e)}" for kind, vector in enumerate(kept) for i, e in enumerate(vector)]
+    stores = [f"row[{place}] = {w.doprint(after.get(str(e), e))}" for place, e in body.stored]
     read = [f"{row}[j] = {name}[lane]" for name, row in row_of.items()]
     read += [*(f"{name}[j] = state[lane, {place}]" for name, place in body.places), "peak_row[j] = -np.inf"]
     constants = lines([*body.constants, *body.near], 2, w)

@@ -26,7 +26,7 @@ def _march(body: Body, step: StepText, arguments: Sequence[str]) -> str:
         count_none=COUNT_NONE if body.iterated else "",
         count="".join(fill(COUNT, balance=k, row="i") for k in body.iterated),
         shift=lines(body.shift, 2),
-        store=placed((f"row[{k}, {i}] = {e}" for k, vector in enumerate(body.report) for i, e in enumerate(vector)), 3),
+        store=placed((f"row[{place}] = {e}" for place, e in body.stored), 3),
         write_state=placed((f"state[{place}] = {name}" for name, place in body.places), 1),
         arguments=", ".join(arguments),
         scheme=body.scheme.name,

@@ -76,8 +76,10 @@ def _start(body: Body) -> tuple[list[str], str]:
     parameters = [s.name for s in body.parameters(expressions)]
     since = [SINCE.name] if SINCE.name in used else []
     arguments = ["h", *parameters, *since, *(["start_forces"] if loads else []), *"uva", "state"]
+    d = len(body.motion.coordinates)
     given = [(f"f_{k}", f"start_forces[{k}]") for k in range(loads)]
     given += [(name, f"{kind}[{i}]") for kind in "uva" for i, name in enumerate(body.components(f"{kind}_0"))]
+    given += [(s.name, f"state[{len(body.carried) + k // d}, {k % d}]") for k, (s, _) in enumerate(body.memory)]
     state = start.state
     stores = [(f"state[{j}, {i}]", state[i, j]) for j in range(state.cols) for i in range(state.rows)]
     text = fill(
@@ -87,7 +89,7 @@ def _start(body: Body) -> tuple[list[str], str]:
         body=lines([*start.constants, *stores]),
         lane_call=", ".join(of_lane(arguments)),
         m=state.cols,
-        d=state.rows,
+        d=d,
         more=f" start_forces (lanes or 1, {loads}): the load at start_stencil." if loads else "",
     )
     return arguments, text

@@ -2,6 +2,7 @@
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
+from functools import reduce
 from string import Formatter
 from textwrap import indent, wrap
 from typing import Any
@@ -70,6 +71,17 @@ class KernelPrinter(FractionPrinter):
 
     _print_log_cosh = _print_sinc = _print_sinc_slope = _helper
 
+    def _print_NaN(self, expr: Any) -> str:
+        return "np.nan"
+
+    def _print_signed_power(self, expr: Any) -> str:
+        x, a = (self._print(e) for e in expr.args)
+        return f"np.sign({x})*abs({x})**({a})"
+
+    def _print_abs_power(self, expr: Any) -> str:
+        x, a = (self._print(e) for e in expr.args)
+        return f"max(abs({x}), 1e-30)**({a})"
+
     def _print_negative_part(self, expr: Any) -> str:
         return f"np.minimum({self._print(expr.args[0])}, 0.0)"
 
@@ -84,6 +96,33 @@ class KernelPrinter(FractionPrinter):
 
 
 KERNEL_PRINTER = KernelPrinter()
+
+
+class ArrayPrinter(KernelPrinter):
+    """Prints what chooses between branches for arrays."""
+
+    def _print_Max(self, expr: Any) -> str:
+        return reduce(lambda a, b: f"np.maximum({a}, {b})", map(self._print, expr.args))
+
+    def _print_Min(self, expr: Any) -> str:
+        return reduce(lambda a, b: f"np.minimum({a}, {b})", map(self._print, expr.args))
+
+    def _print_abs_power(self, expr: Any) -> str:
+        x, a = (self._print(e) for e in expr.args)
+        return f"np.maximum(abs({x}), 1e-30)**({a})"
+
+    def _print_Piecewise(self, expr: Any) -> str:
+        *cases, (last, _) = expr.args
+        text = self._print(last)
+        for value, condition in reversed(cases):
+            text = f"np.where({self._print(condition)}, {self._print(value)}, {text})"
+        return text
+
+    def _print_And(self, expr: Any) -> str:
+        return " & ".join(f"({self._print(e)})" for e in sorted(expr.args, key=str))
+
+    def _print_Or(self, expr: Any) -> str:
+        return " | ".join(f"({self._print(e)})" for e in sorted(expr.args, key=str))
 
 
 def block(

@@ -6,14 +6,18 @@ from collections.abc import Iterable
 from sympy import Expr, Matrix, Symbol, sympify
 
 from ..declare.digest import scene_digest
+from ..declare.law import elapsed
 from ..declare.names import printed
 from ..declare.parameter import Parameter
 from ..declare.symbols import sampled, t
 from ..motion.equations import EquationsOfMotion
 from .index import domain_text, number, numpy_for
-from .printing import KernelPrinter, block, docstring, fill, literal_tuple, with_banner
+from .printing import ArrayPrinter, block, docstring, fill, literal_tuple, with_banner
 from .templates.scene import LOG_COSH, SCENE_FUNCTION, SCENE_HEADER, SCENES
 from .templates.scheme import BANNER
+
+
+COMMIT = "What laws remember once it is committed at a displacement, `elapsed` s after that given."
 
 
 def energies_and_forces(motion: EquationsOfMotion) -> str:
@@ -25,10 +29,12 @@ def energies_and_forces(motion: EquationsOfMotion) -> str:
         **{f"{s}": e for s, e in motion.scene.invariants.items()},
         "mass": motion.mass.tolist(),
         "damping": motion.damping.tolist() if any(motion.damping) else None,
+        "force of the rate": list(motion.rate_force) if any(motion.rate_force) else None,
         "internal force": list(motion.force(q)),
         "tangent stiffness": motion.tangent(q).tolist(),
         "load": list(motion.load) if any(motion.load) else None,
         "angular momentum": motion.angular_momentum,
+        **{f"memory {s}": f"{e}, then {motion.commit[s]}" for s, e in motion.memory.items()},
     }
     return "\n".join(f"    {name}: {form}" for name, form in forms.items() if form is not None)
 
@@ -48,6 +54,8 @@ def scene_module(motion: EquationsOfMotion) -> str:
         functions.append(_function("angular_momentum", values, text, motion, motion.angular_momentum))
     for name, e in motion.outputs.items():
         functions.append(_function(name, values, f"{name.capitalize()}.", motion, e))
+    if motion.memory:
+        functions.append(_function("commit", values, COMMIT, motion, list(motion.commit.values())))
     body = "".join(functions)
     helper = fill(LOG_COSH, decorator="") if "_log_cosh(" in body else ""
     return "".join(
@@ -69,26 +77,36 @@ def scene_module(motion: EquationsOfMotion) -> str:
     )
 
 
-def _function(name: str, values: tuple[Symbol, ...], doc: str, motion: EquationsOfMotion, value: Expr | Matrix) -> str:
-    """A function of the parameters, the time, u and v (..., d) and, where the user gives one, of the load f (...)."""
-    is_vector = isinstance(value, Matrix)
-    rows = list(value) if is_vector else [value]
-    given = [sampled] if motion.is_sampled else []
+def _function(
+    name: str, values: tuple[Symbol, ...], doc: str, motion: EquationsOfMotion, value: Expr | Matrix | list[Expr]
+) -> str:
+    """A function of the parameters, the time, u and v (..., d), what laws remember (..., k), if there are any, the time
+    since then in `commit`, and, where the user gives one, of the load f (...).
+    """
+    rows = [value] if isinstance(value, Expr) else list(value)
+    commits = name == "commit"
+    rows = [e if commits else e.subs(elapsed, 0) for e in rows]
+    given = [*([elapsed] if commits else []), *([sampled] if motion.is_sampled and not commits else [])]
     read = {s for e in rows for s in e.free_symbols}
     places = [(q, f"displacement[..., {k}]") for k, q in enumerate(motion.coordinates)]
     places += [(r, f"velocity[..., {k}]") for k, r in enumerate(motion.scene.rates)]
-    w = KernelPrinter({s.name: printed(s).name for s, _ in places})  # as with parameters, no other name is like these
+    places += [(s, f"memory[..., {k}]") for k, s in enumerate(motion.memory)]
+    w = ArrayPrinter({s.name: printed(s).name for s, _ in places})  # as with parameters, no other name is like these
     taken = "".join(f"    {w.doprint(s)} = {text}\n" for s, text in places if s in read)
     outputs = [(f"value_{k}" if len(rows) > 1 else "value", e) for k, e in enumerate(rows)]
     body, _ = block(outputs, printer=w)
     of_all = ", ".join(name for name, _ in outputs)
+    memory = ["memory"] if motion.memory else []
+    vector = f"np.stack(np.broadcast_arrays({of_all}, displacement[..., 0])[:-1], axis=-1)"
     return fill(
         SCENE_FUNCTION,
         name=name,
-        arguments=", ".join([*(s.name for s in values), t.name, "displacement", "velocity", *(s.name for s in given)]),
+        arguments=", ".join(
+            [*(s.name for s in values), t.name, "displacement", "velocity", *memory, *(s.name for s in given)]
+        ),
         docstring=doc,
         body=taken + body,
-        value=f"np.stack(np.broadcast_arrays({of_all}, displacement[..., 0])[:-1], axis=-1)" if is_vector else "value",
+        value="value" if isinstance(value, Expr) else vector,
     )
 
 
@@ -120,13 +138,16 @@ def scene_entry(motion: EquationsOfMotion) -> str:
         "start": function(f"({', '.join(start)})"),
         "length": function(number(sympify(inside.length))),
         "energy_scale": "None" if scene.energy_scale is None else function(number(inside.energy_scale)),
-        "outputs": literal_tuple(f'"{name}"' for name in scene.outputs),
+        "outputs": literal_tuple(f'"{name}"' for name in motion.outputs),
         "angular_momentum": repr(motion.angular_momentum is not None),
         "sampled": repr(motion.is_sampled),
-        "damped": repr(not motion.damping.is_zero_matrix),
+        "damped": repr(not (motion.damping.is_zero_matrix and motion.rate_force.is_zero_matrix)),
         "oscillator": "None" if oscillator is None else function(literal_tuple(number(e) for e in oscillator)),
         "reference": repr(scene.reference),
     }
+    if motion.memory:
+        entry["memory"] = literal_tuple(f'"{s}"' for s in motion.memory)
+        entry["unstrained"] = function(literal_tuple(number(e) for e in motion.in_kernels.memory.values()))
     return "{\n" + "".join(f'        "{key}": {value},\n' for key, value in entry.items()) + "    }"
 
 

@@ -5,16 +5,18 @@ constant matrix c_a M + c_v C + c_u K, inverted once a run; Newton's iteration i
 depends on z.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from sympy import Add, Dummy, Expr, Integer, Matrix, Mul, S, Symbol, diag, symbols, zeros
+from sympy import Add, Dummy, Expr, Integer, Matrix, Mul, Piecewise, Rational, S, Symbol, diag, oo, symbols, zeros
 
+from ..declare.law import slope as slope_of
 from ..declare.names import entry_name
 from ..declare.scene import POSITIVE
-from ..declare.symbols import N, N_discrete
+from ..declare.symbols import N, N_discrete, h
 from ..motion.components import Assignments, Writer, assign
 from ..motion.equations import EquationsOfMotion
 from ..step.step import Stage
+from .branches import root
 
 
 @dataclass(frozen=True)
@@ -25,7 +27,10 @@ class BalanceStep:
     in every Newton iteration. residual: of the balance, a function of what before and moving assign. jacobian: its
     derivative with respect to z. first: the z from which the iteration starts. reach: c_u, the derivative of the
     displacement with respect to z. after: assignments once z is known. A balance without iteration has first = None,
-    and z = -inverse * residual with a constant inverse. free: the residual's derivative by z without internal force.
+    and z = -inverse * residual with a constant inverse, or z as `solved` assigns it where the residual is piecewise
+    linear. free: the residual's derivative by z without internal force. bounds: names of two values of z between which
+    the root is kept, and their values before the first iteration; where laws make the residual bend.
+    commits: of what laws remember, once the balance is solved.
     """
 
     k: int
@@ -39,6 +44,9 @@ class BalanceStep:
     reach: Expr
     after: Assignments
     free: Matrix
+    solved: Assignments = field(default_factory=Assignments)
+    bounds: Assignments = field(default_factory=Assignments)
+    commits: Assignments = field(default_factory=Assignments)
 
     @property
     def residual_names(self) -> Matrix:
@@ -68,10 +76,29 @@ class BalanceStep:
         size, R, J = len(self.z), self.residual_names, self.jacobian_names
         entries = [*assign(R, self.residual), *((s, e) for s, e in assign(J, self.jacobian) if e != 0)]
         change, one_over = Matrix(symbols(f"change_:{size}")), Symbol("one_over_det")
+        if size == 1 and self.bounds:
+            return entries, self._bounded(factor), change
         if size == 1:
             return entries, assign(change, factor * R / J[0]), change
         solve = assign(Matrix([one_over, *change]), Matrix([factor / J.det(), *(J.adjugate() * R * one_over)]))
         return entries, solve, change
+
+    def _bounded(self, factor: Expr) -> Assignments:
+        """Newton's correction where it stays between the bounds, which it narrows; else one to near their middle."""
+        (z,), (R,), (J,), ((low, _), (high, _)) = self.z, self.residual_names, self.jacobian_names, self.bounds
+        newton, change = Symbol("newton_z"), Symbol("change_0")
+        return [
+            (low, Piecewise((z, R < 0), (low, True))),
+            (high, Piecewise((z, R > 0), (high, True))),
+            (newton, z - R / J),
+            (
+                change,
+                factor
+                * Piecewise(
+                    (z - newton, (low <= newton) & (newton <= high)), (z - (low + Rational(9, 20) * (high - low)), True)
+                ),
+            ),
+        ]
 
 
 @dataclass(frozen=True)
@@ -113,19 +140,22 @@ def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
     after: Assignments = []
     for number, s in enumerate(moved):
         whole, predictor = w.hoisted(solved(s)), w.components(predicted(number))
+        w.instants[predicted(number)] = w.instants.get(s, S.Zero)
         reach[s] = whole[0].diff(z[0])
         before += assign(predictor, whole.subs(at_zero))
         after += assign(w.components(s), predictor + reach[s] * z)
     reached = list(after)
     after += written(w, {s: e for s, e in stage.in_z.items() if s in wanted and s not in reach})
-    if stage.c_u == 0 or w.motion.linear:
+    by_rate, rate_slope = _rate_force(w, solved(stage.balance.damping), z)
+    if (stage.c_u == 0 or w.motion.linear) and rate_slope.is_zero_matrix:
         force = stage.balance.force.subs({s: predicted(number) for number, s in enumerate(moved)})
         displacement = stage.balance.force.replace(N, lambda u: u).replace(N_discrete, lambda u0, u1: (u0 + u1) / 2)
-        for s, c_u in reach.items():
+        for s, c_u in reach.items() if w.motion.linear else ():
             slope = slope + displacement.diff(s) * c_u * w.motion.tangent([Integer(0)] * w.size)
-        residual = w.hoisted(still + w.vector(force))
+        residual = w.hoisted(still + by_rate + w.vector(force))
         return BalanceStep(k, z, before, [], residual, slope, w.inverse(slope), None, Integer(0), after, free)
     mixed, forces, known, by_z = _moving_force(w, stage, reach)
+    forces, by_z = forces + by_rate, by_z + rate_slope
     per_mass = _per_mass(w.motion)
     slope, forces, by_z, still = (_scaled(w, per_mass, matrix) for matrix in (slope, forces, by_z, still + known))
     rest = w.hoisted(still)
@@ -133,12 +163,39 @@ def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
     if any(e != 0 for e in rest):
         before += assign(w.components(Symbol("r")), rest)
         residual += w.components(Symbol("r"))
-    unknown, c_u = next(iter(reach.items()))
-    one_over = w.reciprocal(solved(unknown)[0].diff(z[0]), c_u)
-    first = (w.components(last) - w.components(predicted(0))) * one_over
+    if w.motion.memory and w.size == 1:
+        at = residual.subs(dict(mixed)).subs(dict(reached))[0]
+        if (found := root(at, z[0], w)) is not None:
+            elastic = w.inverse(slope + _scaled(w, per_mass, _elastic(w, stage, reach)))
+            return BalanceStep(
+                k, z, before, [], residual, slope, elastic, None, Integer(0), after, free, solved=[(z[0], found)]
+            )
+    if reach:
+        unknown, c_u = next(iter(reach.items()))
+        one_over = w.reciprocal(solved(unknown)[0].diff(z[0]), c_u)
+        first = (w.components(last) - w.components(predicted(0))) * one_over
+    else:  # only the velocity moves: from the acceleration without the force that depends on it
+        c_u = h * stage.c_v
+        first = -w.inverse(slope) * w.components(Symbol("r")) if any(e != 0 for e in rest) else zeros(w.size, 1)
+    bends = bool(w.motion.scene.laws) and w.size == 1
     return BalanceStep(
-        k, z, before, reached + mixed, w.hoisted(residual), w.hoisted(slope + by_z), Matrix(), first, c_u, after, slope
-    )
+        k, z, before, reached + mixed, w.hoisted(residual), w.hoisted(slope + by_z), Matrix(), first, c_u, after, slope,
+        bounds=[(Symbol(f"low_{k}"), -oo), (Symbol(f"high_{k}"), oo)] if bends else [],
+    )  # fmt: skip
+
+
+def _rate_force(w: Writer, speed: Matrix, z: Matrix) -> tuple[Matrix, Matrix]:
+    """The force of laws of the rate at the velocity of the damping force, and its derivative by z."""
+    rates = dict(zip(w.motion.scene.rates, w.hoisted(speed), strict=True))
+    force = w.motion.rate_force.subs(rates, simultaneous=True)
+    return force, _jacobian(force, z)
+
+
+def _elastic(w: Writer, stage: Stage, reach: dict[Symbol, Expr]) -> Matrix:
+    """The derivative by z of the internal force before any law is strained."""
+    displacement = stage.balance.force.replace(N, lambda u: u)
+    tangent = w.motion.tangent_at_start([Integer(0)] * w.size)
+    return sum((displacement.diff(s) * c_u * tangent for s, c_u in reach.items()), zeros(w.size))
 
 
 def _per_mass(motion: EquationsOfMotion) -> list[Expr]:
@@ -167,15 +224,21 @@ def _moving_force(w: Writer, stage: Stage, reach: dict[Symbol, Expr]) -> tuple[A
     force = stage.balance.force
     arguments = sorted({a for atom in force.atoms(N, N_discrete) for a in atom.args if not a.is_Symbol}, key=str)
     names = {a: Symbol(f"u_*mix{k}") for k, a in enumerate(a for a in arguments if a.free_symbols & stage.moved)}
+    w.instants |= {name: a.subs({**w.instants, h: 1}) for a, name in names.items()}
     force = force.subs(names)
     follows = {*stage.moved, *names.values()}
     known = force.subs({a: 0 for a in force.atoms(N, N_discrete) if a.free_symbols & follows})
     forces = w.vector(force - known)
     by_z = zeros(w.size)
     for s, c_u in reach.items():
-        by_s = forces.jacobian(w.components(s))
+        by_s = _jacobian(forces, w.components(s))
         for a, name in names.items():
-            by_s += forces.jacobian(w.components(name)) * w.vector(a).jacobian(w.components(s))
+            by_s += _jacobian(forces, w.components(name)) * w.vector(a).jacobian(w.components(s))
         by_z += by_s.applyfunc(lambda e, c_u=c_u: _distributed(w, c_u, e))
     mixed = [both for a, name in names.items() for both in assign(w.components(name), w.hoisted(w.vector(a)))]
     return mixed, forces, w.vector(known), by_z
+
+
+def _jacobian(forces: Matrix, by: Matrix) -> Matrix:
+    """The derivatives of forces, by branch."""
+    return Matrix([[slope_of(e, s) for s in by] for e in forces])

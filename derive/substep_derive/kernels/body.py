@@ -5,16 +5,18 @@ A body says nothing of how time goes on or of where the numbers of a lane lie: a
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
-from sympy import Abs, Expr, Integer, Matrix, Ne, Piecewise, Symbol, oo
+from sympy import Abs, Expr, Integer, Matrix, Ne, Piecewise, Symbol, oo, true
 
 from ..declare.errors import DeclarationError
 from ..declare.scheme import Scheme
-from ..declare.symbols import knot, knot_of, steps_back, successor, t
+from ..declare.symbols import N, knot, knot_of, steps_back, successor, t
 from ..motion.components import BEGAN, SINCE, STEPS, Assignments, Writer, assign, component_names
 from ..motion.differences import Difference, DifferenceSlope
 from ..motion.equations import EquationsOfMotion
 from ..step.step import Stage, Step, instants
+from ..step.times import passed, sub_step_ends
 from .balance_step import BalanceStep, Part, Phase, balance_step, written
 from .near_series import NearSeries
 
@@ -34,7 +36,8 @@ class Body:
 
     constants: assignments made once a run, in order. prior: assignments before the first balance. shift: component
     of the state -> its successor, oldest first. report: components of u, v and, where the scheme has its own, a at
-    t_n + h; reported: the assignments that compute them. energy: that of the reported u, v. stencil: instants of the
+    t_n + h; reported: the assignments that compute them. memory: what laws remember at t_n -> the same at t_n + h, which last_commit
+    assigns. energy: that of the reported u, v. stencil: instants of the
     load, in steps after t_n. start: None where another scheme marches first. errors: components of the estimated local
     errors, where they were asked for.
     """
@@ -47,6 +50,8 @@ class Body:
     shift: Assignments
     reported: Assignments
     report: tuple[Matrix, ...]
+    memory: Assignments
+    last_commit: Assignments
     energy: Expr
     stencil: tuple[Expr, ...]
     start: Start | None
@@ -78,16 +83,27 @@ class Body:
                 f"{motion.scene.name}; take another scheme, or declare the scene without dissipation"
             )
         near = scheme.in_doubles
-        lowered = Step.of(near)
+        lowered, exact = Step.of(near), Step.of(scheme)
         prior, found, outputs = lowered.prior, lowered.stages, lowered.outputs
         stencil = instants([*(b.load for b in near.balances), *outputs], near.typical)
         w = Writer(near, motion, stencil, now=now, began=BEGAN if now is None else knot(0).u)
         w.fixed.update(weights)
-        wanted = _wanted(near, prior, found, [*outputs, *errors, *read], damped=damped)
+        ends = sub_step_ends(exact) if motion.memory else ()
+        if motion.memory:
+            w.instants |= passed(lowered)
+            w.committed[knot(0).u] = Integer(0)
+        reads = [*outputs, *errors, *read, *(end.u for end in ends)]
+        wanted = _wanted(near, prior, found, reads, damped=damped or not motion.rate_force.is_zero_matrix)
         known = written(w, {s: e for s, e in prior.items() if s in wanted})
         last, steps = knot(0).u, list[BalanceStep]()
         for stage in found:
-            steps.append(balance_step(w, len(steps), stage, last, wanted))
+            step = balance_step(w, len(steps), stage, last, wanted)
+            moves = {s for a in stage.balance.force.atoms(N) for s in a.free_symbols}
+            for end in (end for end in ends if end.u in moves):
+                at = w.instants[end.u]
+                inside = true if end.always else (list(w.committed.values())[-1] < at) & (at < 1)
+                step = replace(step, commits=[*step.commits, *w.commit(end.u, at, inside)])
+            steps.append(step)
             last = next(iter(stage.moved), last)
         oldest_first = sorted(near.state, key=steps_back, reverse=True)
         shift = [both for s in oldest_first for both in assign(w.components(s), w.components(successor(s)))]
@@ -97,8 +113,11 @@ class Body:
             names = vector if e.is_Symbol else w.components(Symbol(f"{kind}_*reported"))
             assigned += [] if e.is_Symbol else assign(names, vector)
             report.append(names)
+        last_commit = w.commit(report[0], Integer(1))
+        remembered = w.memory(len(w.committed) - 1)
+        memory = list(zip(w.memory(0).values(), remembered.values(), strict=True))
         at = dict(zip((*motion.coordinates, *motion.scene.rates), (*report[0], *report[1]), strict=True))
-        energy = w.hoist(motion.energy.subs({**at, t: w.instant(Integer(1))}, simultaneous=True))
+        energy = w.hoist(motion.energy.subs({**at, **remembered, t: w.instant(Integer(1))}, simultaneous=True))
         estimates = [w.vector(e) for e in errors]
         for stage, step in list(zip(found, steps, strict=True))[::-1]:
             if stage.c_u != 0:  # the last implicit balance
@@ -107,8 +126,8 @@ class Body:
         estimates = tuple(w.hoisted(e) for e in estimates)
         start = _start(scheme, motion) if scheme.start_scheme is None else None
         made = cls(
-            scheme, motion, w.constants, known, tuple(steps), shift, assigned, tuple(report), energy, stencil, start,
-            estimates,
+            scheme, motion, w.constants, known, tuple(steps), [*shift, *memory], assigned, tuple(report), memory, last_commit, energy,
+            stencil, start, estimates,
         )  # fmt: skip
         counted = any(e.has(STEPS[0]) for e in made.expressions)
         return replace(made, prior=[STEPS, *known]) if counted else made
@@ -116,8 +135,8 @@ class Body:
     @property
     def expressions(self) -> list[Expr]:
         """Every expression that a run computes, except those of its start."""
-        lists = [self.constants, self.prior, self.reported]
-        lists += [a for s in self.steps for a in (s.before, s.moving, s.after)]
+        lists = [self.constants, self.prior, self.reported, self.last_commit]
+        lists += [a for s in self.steps for a in (s.before, s.moving, s.solved, s.after, s.commits)]
         matrices = [m for s in self.steps for m in (s.residual, s.jacobian, s.inverse, s.first) if m is not None]
         matrices += self.errors
         return [e for pairs in lists for _, e in pairs] + [e for m in matrices for e in m] + [self.energy]
@@ -161,19 +180,24 @@ class Body:
         parts = [Part(self.prior)]
         for step in self.steps:
             parts.append(Part(step.before))
-            if step.first is None:
+            if step.solved:
+                parts.append(Part(step.solved))
+            elif step.first is None:
                 R = step.residual_names
                 parts += [Part(assign(R, step.residual)), Part(assign(step.z, -step.inverse * R), named=False)]
             else:
-                found += [(*parts, Part(assign(step.z, step.first), named=False)), step]
+                start = [*assign(step.z, step.first), *step.bounds]
+                found += [(*parts, Part(start, named=False)), step]
                 parts = []
-            parts.append(Part(step.after))
+            parts += [Part(step.after), Part(step.commits)]
+        if self.last_commit:
+            parts += [Part(self.reported), Part(self.last_commit)]
         return (*found, tuple(parts))
 
     @property
     def results(self) -> Assignments:
         """What is computed after the phases: what is reported, and its energy."""
-        return [*self.reported, (Symbol("energy"), self.energy)]
+        return [*([] if self.last_commit else self.reported), (Symbol("energy"), self.energy)]
 
     @property
     def iterated(self) -> list[int]:
@@ -205,8 +229,19 @@ class Body:
 
     @property
     def places(self) -> list[tuple[str, str]]:
-        """Name of every component of what is carried, and its row and column."""
-        return self.places_of(self.carried)
+        """Name of every component of what is carried, and its row and column; what laws remember in rows of its own."""
+        return [*self.places_of(self.carried), *self._rows_of([s.name for s, _ in self.memory], len(self.carried))]
+
+    @property
+    def stored(self) -> list[tuple[str, Expr]]:
+        """Row and column of every number that is reported, and the number."""
+        found = [(f"{k}, {i}", e) for k, vector in enumerate(self.report) for i, e in enumerate(vector)]
+        return [*found, *((place, e) for e, place in self._rows_of([e for _, e in self.memory], len(self.report)))]
+
+    def _rows_of(self, numbers: Sequence[Any], first: int) -> list[tuple[Any, str]]:
+        """Numbers laid in rows of as many columns as there are coordinates, and the place of each."""
+        d = len(self.motion.coordinates)
+        return [(e, f"{first + k // d}, {k % d}") for k, e in enumerate(numbers)]
 
     def places_of(self, vectors: Iterable[Symbol], first: int = 0) -> list[tuple[str, str]]:
         """Name of every component of vectors that are rows from the first on, and its row and column."""
@@ -219,7 +254,8 @@ def _start(scheme: Scheme, motion: EquationsOfMotion) -> Start:
     expressions = Step.of(scheme).start
     assert expressions is not None
     stencil = instants(expressions, scheme.typical)
-    w = Writer(scheme, motion, stencil, began=knot(0).u)
+    w = Writer(scheme, motion, stencil, began=knot(0).u, instants={knot(0).u: Integer(0)},
+               committed={knot(0).u: Integer(0)})
     state = Matrix.hstack(*(w.hoisted(w.vector(e).subs(STEPS[0], SINCE)) for e in expressions))
     return Start(w.constants, state, stencil)
 

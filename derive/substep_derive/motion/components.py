@@ -2,9 +2,27 @@
 
 from dataclasses import dataclass, field
 
-from sympy import Add, Dummy, Expr, Matrix, Mul, Piecewise, Symbol, cancel, diag, eye, fraction, sympify, zeros
+from sympy import (
+    Add,
+    Dummy,
+    Expr,
+    Matrix,
+    Max,
+    Min,
+    Mul,
+    Piecewise,
+    Symbol,
+    cancel,
+    diag,
+    eye,
+    fraction,
+    sympify,
+    true,
+    zeros,
+)
 
 from ..declare.errors import DeclarationError
+from ..declare.law import elapsed
 from ..declare.names import entry_name, python_name
 from ..declare.scheme import Scheme
 from ..declare.symbols import K0, C, K_t, M, N, N_discrete, f, h, knot_of, sampled, t
@@ -41,11 +59,13 @@ class Writer:
     named: dict[Expr, Symbol] = field(default_factory=dict)
     K0: Matrix = field(default_factory=Matrix)
     now: Expr | None = None  # the time t_n, by default that of so many steps
+    instants: dict[Symbol, Expr] = field(default_factory=dict)  # what symbols are in a motion u = t with h = 1
+    committed: dict[Symbol, Expr] = field(default_factory=dict)  # displacements where memory was, and their instants
     began: Symbol = BEGAN  # the displacement at which K0 is taken
 
     def __post_init__(self) -> None:
         self.fixed |= set(self.scheme.values) | {p.symbol for p in self.motion.scene.parameters} | {h}
-        tangent = self.motion.tangent(list(self.components(self.began)))
+        tangent = self.motion.tangent_at_start(list(self.components(self.began)))
         self.K0 = tangent
         if any(e.has(K0) for e in (*self.scheme.relations.values(), *(b.inertia for b in self.scheme.balances))):
             names = Matrix(self.size, self.size, lambda i, j: Symbol(entry_name("K0_", i, j)))
@@ -79,6 +99,43 @@ class Writer:
             self.fixed.add(self.named[e])
         return self.named[e]
 
+    def remembered(self, argument: Expr) -> dict[Symbol, Expr]:
+        """The memory that the force at a displacement is taken from, and the time since it was committed.
+
+        That of the displacement itself, where memory was committed at it, else the last one committed.
+        """
+        if not self.motion.memory:
+            return {}
+        place = list(self.committed).index(argument) if argument in self.committed else len(self.committed) - 1
+        return self.memory(place) | {elapsed: self._since(argument, place)}
+
+    def _since(self, argument: Expr, place: int) -> Expr:
+        return self.constant(h * (argument.subs({**self.instants, h: 1}) - list(self.committed.values())[place]))
+
+    def memory(self, place: int) -> dict[Symbol, Expr]:
+        """The names of the memory after so many commits of a step."""
+        return {s: Symbol(f"memory{place or ''}_{s.name}") for s in self.motion.memory}
+
+    def commit(self, u: Symbol | Matrix, instant: Expr, condition: Expr = true) -> Assignments:
+        """Assignments of the memory as it is committed at a displacement, which is then the last; nothing without laws.
+
+        condition: where it is committed, depending on parameters.
+        """
+        if not self.motion.memory:
+            return []
+        at = self.components(u) if isinstance(u, Symbol) else u
+        place = len(self.committed)
+        old = self.memory(place - 1)
+        since = self.constant(h * (instant - list(self.committed.values())[-1]))
+        where = {**old, elapsed: since, **dict(zip(self.motion.coordinates, at, strict=True))}
+        self.committed[u if isinstance(u, Symbol) else Symbol(f"u_*commit{place}")] = instant
+        new = self.memory(place)
+        found = Assignments()
+        for s, e in self.motion.commit.items():
+            value = self.hoist(e.subs(where, simultaneous=True))
+            found.append((new[s], value if condition == true else Piecewise((value, condition), (old[s], True))))
+        return found
+
     def reciprocal(self, e: Expr, name: Expr) -> Expr:
         """A constant for 1/e, where name stands for e; 0 at parameters for which e is 0."""
         safe = e.free_symbols <= {h}
@@ -93,6 +150,8 @@ class Writer:
             fixed = [a for a in e.args if a.free_symbols <= self.fixed]
             moving = [self.hoist(a) for a in e.args if not a.free_symbols <= self.fixed]
             return e.func(self.constant(e.func(*fixed)) if fixed else e.func(), *moving)
+        if isinstance(e, Max | Min):
+            return e.func(*map(self.hoist, e.args))
         return e.func(*(self.hoist(a) if a.free_symbols - self.fixed else a for a in e.args)) if e.args else e
 
     def hoisted(self, vector: Matrix) -> Matrix:
@@ -135,6 +194,7 @@ class Writer:
         tangent, e = Matrix(), sympify(e)
         for where in e.atoms(K_t):
             tangent = self.motion.tangent(list(self.vector(where.args[0])))
+            tangent = tangent.subs(self.remembered(where.args[0]), simultaneous=True)
             e = e.subs(where, TANGENT)
         marks: dict[Expr, Dummy] = {atom: Dummy() for atom in sorted(e.atoms(N, N_discrete, f), key=str)}
         e = e.subs(marks)
@@ -149,7 +209,8 @@ class Writer:
 
     def _value(self, atom: Expr) -> Matrix:
         if isinstance(atom, N):
-            return self.motion.force(list(self.vector(atom.args[0])))
+            force = self.motion.force(list(self.vector(atom.args[0])))
+            return force.subs(self.remembered(atom.args[0]), simultaneous=True)
         if isinstance(atom, N_discrete):
             old, new = (list(self.vector(argument)) for argument in atom.args)
             return self.motion.discrete_gradient(old, new)

@@ -1,21 +1,28 @@
 """Scene -> EquationsOfMotion: equations of motion, tangent, invariants and discrete gradient, from the energies."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from sympy import Expr, Integer, Matrix, Symbol, cancel, diag, factor, powdenest, simplify, sqrt, sympify
+from sympy import Dummy, Expr, Integer, Matrix, Symbol, cancel, diag, factor, powdenest, simplify, sqrt, sympify, zeros
 
 from ..declare.errors import DeclarationError
+from ..declare.law import Element, e_dot, elapsed, slope
 from ..declare.potentials import contact, tidy
-from ..declare.scene import Scene
-from ..declare.symbols import sampled, t
+from ..declare.scene import POSITIVE, Scene
+from ..declare.symbols import rate, sampled, t
 from .differences import discrete_slopes
+
+DISSIPATED = Symbol("dissipated")  # the energy that the laws of a scene have dissipated
 
 
 @dataclass(frozen=True)
 class EquationsOfMotion:
-    """mass a + damping v + force(u) = load(t), derived from one scene."""
+    """mass a + damping v + force(u) + rate_force(u, v) = load(t), derived from one scene.
+
+    Where the scene has laws with memory, the force is that at u from the memory last committed, whose symbols are those
+    of `memory`; `commit` is what the memory becomes when it is committed at u.
+    """
 
     scene: Scene
 
@@ -66,6 +73,50 @@ class EquationsOfMotion:
         return V.subs(t, 0) if V.has(t) else V
 
     @cached_property
+    def memory(self) -> dict[Symbol, Expr]:
+        """What laws remember -> its value before they are strained; the energy that they have dissipated, last."""
+        found = {
+            own: element.expression(sympify(element.law.memory[s]), {})
+            for element, symbols in self._laws
+            for s, own in symbols.items()
+        }
+        return found | (
+            {DISSIPATED: Integer(0)} if any(element.law.dissipated != 0 for element, _ in self._laws) else {}
+        )
+
+    @cached_property
+    def commit(self) -> dict[Symbol, Expr]:
+        """The memory committed at the coordinates, from that last committed, `elapsed` before."""
+        found = {
+            own: element.expression(element.law.update[s], symbols)
+            for element, symbols in self._laws
+            for s, own in symbols.items()
+        }
+        if DISSIPATED in self.memory:
+            lost = (element.expression(element.law.lost, symbols) for element, symbols in self._laws)
+            found[DISSIPATED] = sum(lost, DISSIPATED)
+        return found
+
+    @cached_property
+    def _laws(self) -> list[tuple[Element, Mapping[Symbol, Symbol]]]:
+        return [(element, self.scene.memory_of[name]) for name, element in self.scene.laws.items()]
+
+    def _of_laws(self, *, of_rate: bool) -> Matrix:
+        """The force of the laws that depend on the rate of their elongation, or of the others."""
+        total = zeros(len(self.coordinates), 1)
+        for element, symbols in self._laws:
+            if element.law.of_rate == of_rate:
+                along = Matrix([element.elongation.diff(q) for q in self.coordinates])
+                speed = (along.T * Matrix(self.scene.rates))[0]
+                total += along * element.expression(element.law.trial, symbols).subs(e_dot, speed)
+        return total
+
+    @cached_property
+    def rate_force(self) -> Matrix:
+        """The force of laws that depend on the rates of the coordinates."""
+        return self._of_laws(of_rate=True)
+
+    @cached_property
     def _force(self) -> Matrix:
         """Internal force by the chain rule through the invariants, which keeps it short."""
         gradient = [self.potential.diff(q) for q in self.invariants]
@@ -81,7 +132,7 @@ class EquationsOfMotion:
                 )
                 for x in self.coordinates
             ]
-        )
+        ) + self._of_laws(of_rate=False)
 
     def force(self, u: Sequence[Expr]) -> Matrix:
         """Internal force N at the displacement u."""
@@ -89,7 +140,20 @@ class EquationsOfMotion:
 
     @cached_property
     def _tangent(self) -> Matrix:
-        return self._force.jacobian(self.coordinates)
+        return (self._force - self._of_laws(of_rate=False)).jacobian(self.coordinates) + self._tangent_of_laws
+
+    @cached_property
+    def _tangent_of_laws(self) -> Matrix:
+        """The slope of their force at the coordinates, by branch."""
+        return Matrix([[slope(x, q) for q in self.coordinates] for x in self._of_laws(of_rate=False)])
+
+    def tangent_at_start(self, u: Sequence[Expr]) -> Matrix:
+        """Tangent stiffness at the displacement u, of laws that of their start, before they are strained."""
+        unstrained = {**self.memory, **dict.fromkeys(self.coordinates, 0), elapsed: 0}
+        sure = {p.symbol: Dummy(positive=True) for p in self.scene.parameters if p.domain.is_subset(POSITIVE)}
+        first = self._tangent_of_laws.subs(unstrained, simultaneous=True).subs(sure)
+        first = first.subs({dummy: s for s, dummy in sure.items()})
+        return (self.tangent(u) - self._tangent_of_laws.subs(dict(zip(self.coordinates, u, strict=True)))) + first
 
     def tangent(self, u: Sequence[Expr]) -> Matrix:
         """Tangent stiffness at the displacement u."""
@@ -97,8 +161,8 @@ class EquationsOfMotion:
 
     @property
     def linear(self) -> bool:
-        """Whether the tangent stiffness is constant."""
-        return not self._tangent.free_symbols & set(self.coordinates)
+        """Whether the force is linear in the coordinates, without memory, and in the rates."""
+        return not self.scene.laws and not self._tangent.free_symbols & set(self.coordinates)
 
     @cached_property
     def oscillator(self) -> tuple[Expr, Expr, Expr] | None:
@@ -143,8 +207,9 @@ class EquationsOfMotion:
 
     @cached_property
     def energy(self) -> Expr:
-        """Kinetic energy and potential, in coordinates, rates and t."""
-        return self.scene.kinetic + tidy(self.scene.potential).subs(self.scene.invariants)
+        """Kinetic energy, potential, and what laws have stored; in coordinates, rates, t and the memory committed."""
+        stored = (element.expression(element.law.stored, symbols) for element, symbols in self._laws)
+        return sum(stored, self.scene.kinetic + tidy(self.scene.potential).subs(self.scene.invariants))
 
     @cached_property
     def angular_momentum(self) -> Expr | None:
@@ -166,11 +231,17 @@ class EquationsOfMotion:
 
     @property
     def outputs(self) -> dict[str, Expr]:
-        """The scene's named outputs as functions of the coordinates."""
-        return {name: e.subs(self.scene.invariants) for name, e in self.scene.outputs.items()}
+        """The scene's named outputs, and the force of each law, as functions of the coordinates, rates and memory."""
+        several = len(self.scene.laws) > 1
+        found = {name: e.subs(self.scene.invariants) for name, e in self.scene.outputs.items()}
+        for name, element in self.scene.laws.items():
+            speed = sum((element.elongation.diff(q) * rate(q) for q in self.coordinates), Integer(0))
+            force = element.expression(element.law.trial, self.scene.memory_of[name]).subs(e_dot, speed)
+            found[f"{name}_force" if several else "force"] = force
+        return found
 
     @cached_property
     def consistent_acceleration(self) -> Matrix:
         """The acceleration that the equation of motion gives for coordinates, rates and t."""
-        rest = self.load - self.damping * Matrix(self.scene.rates) - self._force
+        rest = self.load - self.damping * Matrix(self.scene.rates) - self._force - self.rate_force
         return (self.mass.inv() * rest).applyfunc(cancel) if self.linear else self.mass.inv() * rest

@@ -139,7 +139,8 @@ class SceneInfo:
     is what Newton's tolerance is relative to; energy_scale, J, of a scene that starts without energy; oscillator gives
     circular frequency, damping ratio and mass of a linear oscillator, and is None for any other scene. outputs: names
     of further results. angular_momentum: whether it has one. sampled: whether the user gives the load. damped: whether
-    its velocity causes a force. declaration: of a scene of the user's own.
+    its velocity causes a force. memory: names of what its laws remember; unstrained: a function of the parameters, its
+    values before anything is strained. declaration: of a scene of the user's own.
     """
 
     name: str
@@ -154,6 +155,8 @@ class SceneInfo:
     angular_momentum: bool = field(compare=False)
     sampled: bool = field(compare=False)
     damped: bool = field(compare=False)
+    memory: tuple[str, ...] = field(compare=False)
+    unstrained: Callable[..., tuple[Any, ...]] | None = field(compare=False)
     reference: str = field(compare=False)
     declaration: "SceneDeclaration | None" = field(compare=False)
 
@@ -182,6 +185,8 @@ class SceneInfo:
             angular_momentum=entry["angular_momentum"],
             sampled=entry["sampled"],
             damped=entry["damped"],
+            memory=entry.get("memory", ()),
+            unstrained=entry.get("unstrained"),
             reference=entry["reference"],
             declaration=declaration,
         )

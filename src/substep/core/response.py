@@ -73,6 +73,7 @@ class Response:
     statistics: Statistics | None = None
     started: State | None = None  # where the march went on from
     last: Callable[[], State] | None = None  # where it stands, as far as the march knows it
+    memories: Array | None = None  # (n+1, k) what the laws of the scene remember
     t_events: Array | None = None  # s, where the march was to end at an event: of each the time, NaN without one
 
     @cached_property
@@ -85,7 +86,7 @@ class Response:
         if self.last is not None:
             return self.last()
         u, v, a = self._last_row
-        return State(float(self.t[-1]), u, v, a)
+        return State(float(self.t[-1]), u, v, a, memory={name: float(x[-1]) for name, x in self.memory.items()})
 
     @cached_property
     def jump(self) -> Array:
@@ -94,7 +95,29 @@ class Response:
         A scheme that carries a feels it in its first steps. `State.consistent` starts without it.
         """
         t, u, v = self.t[:1], np.asarray(self.u)[:1], np.asarray(self.v)[:1]
-        return (np.asarray(self.a)[:1] - self.scene.acceleration(t, u, v))[0]
+        return (np.asarray(self.a)[:1] - self.scene.acceleration(t, u, v, *self._remembered(slice(1))))[0]
+
+    @property
+    def memory(self) -> Mapping[str, Array]:
+        """What the laws of the scene remember, each (n+1,), by name; empty where they remember nothing."""
+        rows = self.memories
+        return {} if rows is None else {name: rows[:, k] for k, name in enumerate(self.scene.info.memory)}
+
+    @property
+    def energy_dissipated(self) -> Array:
+        """The energy (n+1,), J, that the laws of the scene have dissipated, exactly along the path that they took.
+
+        Raises AttributeError for a scene without such laws.
+        """
+        if "dissipated" not in self.memory:
+            raise AttributeError(
+                "expected a scene whose laws dissipate energy, such as hysteretic_oscillator; this one has none"
+            )
+        return self.memory["dissipated"]
+
+    def _remembered(self, rows: slice) -> tuple[Array, ...]:
+        """Some rows of what laws remember, as a last argument of the scene's functions; nothing where there is none."""
+        return () if self.memories is None else (self.memories[rows],)
 
     @property
     def loads(self) -> Sequence[Load | None]:
@@ -126,12 +149,13 @@ class Response:
         if self.own_a is not None:
             return self.own_a
         first = self.scene.a0 if self.started is None or self.started.a is None else self.started.a
-        return np.concatenate([first[None], self.scene.acceleration(self.t, self.u, self.v)[1:]])
+        of_rows = self.scene.acceleration(self.t, self.u, self.v, *self._remembered(slice(None)))
+        return np.concatenate([first[None], of_rows[1:]])
 
     @cached_property
     def energy(self) -> Array:
         """Kinetic energy and potential (n+1,), J."""
-        return self.scene.energy(self.t, self.u, self.v)
+        return self.scene.energy(self.t, self.u, self.v, *self._remembered(slice(None)))
 
     @cached_property
     def angular_momentum(self) -> Array | None:
@@ -141,7 +165,14 @@ class Response:
     @cached_property
     def outputs(self) -> Mapping[str, Array]:
         """The scene's named outputs, each (n+1,)."""
-        return self.scene.outputs(self.t, self.u, self.v)
+        return self.scene.outputs(self.t, self.u, self.v, *self._remembered(slice(None)))
+
+    @property
+    def force(self) -> Array:
+        """The force (n+1,) of the scene's law with a memory. Raises AttributeError for a scene without one."""
+        if "force" not in self.outputs:
+            raise AttributeError("expected a scene with one law, such as hysteretic_oscillator; this one has none")
+        return self.outputs["force"]
 
     @property
     def strain(self) -> Array:
@@ -162,7 +193,7 @@ class Response:
         }
         if self.angular_momentum is not None:
             found["angular_momentum"] = History(self.angular_momentum, "kg m^2/s", "angular momentum about the pivot")
-        found |= {name: History(x, "", name) for name, x in self.outputs.items()}
+        found |= {name: History(x, "", name) for name, x in (*self.outputs.items(), *self.memory.items())}
         attrs = self._attrs | {"scene": self.scene.name}
         attrs |= {f"scene_{name}": x for name, x in self.scene.parameters.items()}
         return Histories(self.t, found, [name for name, _ in self.scene.coordinates], "coordinate", attrs)

@@ -79,7 +79,8 @@ class Scene:
     @property
     def E0(self) -> float:
         """Energy at t = 0 or, where that is 0, the largest potential scale of the scene; J."""
-        at_start = float(self.energy(np.zeros(()), self.u0, self.v0))
+        memory = self.memory0 if self.info.memory else None
+        at_start = float(self.energy(np.zeros(()), self.u0, self.v0, memory))
         return at_start or (self.info.energy_scale(*self.parameters.values()) if self.info.energy_scale else 0.0)
 
     def lanes(self, where: slice) -> Scene:
@@ -89,22 +90,36 @@ class Scene:
         u0, v0, a0 = (x[where] if x.ndim > 1 else x for x in (self.u0, self.v0, self.a0))
         return replace(self, parameters=values, u0=u0, v0=v0, a0=a0, load=load)
 
-    def energy(self, t: Array, u: Array, v: Array) -> Array:
-        """Kinetic energy and potential (...,) at times t (...,) for u, v (..., d); inf beyond about 1e154."""
-        return self._evaluate("energy", t, u, v)
+    @property
+    def memory0(self) -> Array:
+        """What its laws remember (k,) at t = 0: committed at u0, to which they were strained at once; of lanes (P, k)."""
+        assert self.info.unstrained is not None
+        before = _joined(self.info.unstrained(*self.parameters.values()), self.u0.shape[:-1])
+        return self.committed(self.u0, before)
 
-    def acceleration(self, t: Array, u: Array, v: Array) -> Array:
+    def committed(self, u: Array, memory: Array, elapsed: ArrayLike = 0.0) -> Array:
+        """What its laws remember (..., k) once it is committed at u (..., d), elapsed s after memory (..., k)."""
+        return self._evaluate("commit", np.zeros(()), u, u, memory=memory, elapsed=elapsed)
+
+    def energy(self, t: Array, u: Array, v: Array, memory: Array | None = None) -> Array:
+        """Kinetic energy and potential (...,) at times t (...,) for u, v (..., d); inf beyond about 1e154.
+
+        memory (..., k): what laws remember, committed at u.
+        """
+        return self._evaluate("energy", t, u, v, memory=memory)
+
+    def acceleration(self, t: Array, u: Array, v: Array, memory: Array | None = None) -> Array:
         """Acceleration (..., d) from the equation of motion."""
         at = np.asarray(t)[None] if isinstance(self.load, LoadLanes) and np.ndim(u) > np.ndim(t) + 1 else t
-        return self._evaluate("acceleration", t, u, v, self.forces(at))
+        return self._evaluate("acceleration", t, u, v, self.forces(at), memory=memory)
 
     def angular_momentum(self, t: Array, u: Array, v: Array) -> Array | None:
         """Angular momentum (...,) about the pivot; None for a scene without one."""
         return self._evaluate("angular_momentum", t, u, v) if self.info.angular_momentum else None
 
-    def outputs(self, t: Array, u: Array, v: Array) -> dict[str, Array]:
+    def outputs(self, t: Array, u: Array, v: Array, memory: Array | None = None) -> dict[str, Array]:
         """The scene's named outputs, each (...,)."""
-        return {name: self._evaluate(name, t, u, v) for name in self.info.outputs}
+        return {name: self._evaluate(name, t, u, v, memory=memory) for name in self.info.outputs}
 
     def forces(self, t: Array) -> Array:
         """The load at the times t, of their shape. Raises ValueError for one not finite or of another shape."""
@@ -113,13 +128,32 @@ class Scene:
         load = self.load.along_first_axis(np.ndim(t)) if isinstance(self.load, LoadLanes) else self.load
         return values_at(load, np.asarray(t))
 
-    def _evaluate(self, function: str, t: Array, u: Array, v: Array, force: ArrayLike = 0.0) -> Array:
-        """A function of the module; force: the load, which only the acceleration depends on."""
-        given = [force] if self.info.sampled else []
+    def _evaluate(
+        self,
+        function: str,
+        t: Array,
+        u: Array,
+        v: Array,
+        force: ArrayLike = 0.0,
+        *,
+        memory: Array | None = None,
+        elapsed: ArrayLike | None = None,
+    ) -> Array:
+        """A function of the module; force: the load, which only the acceleration depends on; elapsed: of a commit.
+
+        Raises ValueError where laws have a memory that is not given: what they do is not known without it.
+        """
+        if self.info.memory and memory is None:
+            raise ValueError(
+                f"expected the memory of {self.name}'s laws, {', '.join(self.info.memory)}, beside u and v, got none; "
+                "give that of a response, r.memory"
+            )
+        given = [memory] if self.info.memory else []
+        last = [elapsed] if elapsed is not None else [force] if self.info.sampled else []
         inner = (1,) * (np.ndim(u) - 2)  # axes between a lane's and the coordinates'
         values = (x.reshape(-1, *inner) if np.ndim(x) else x for x in self.parameters.values())
         with np.errstate(all="ignore"):
-            return getattr(self.module, function)(*values, t, u, v, *given)
+            return getattr(self.module, function)(*values, t, u, v, *given, *last)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _remade, (self.info.source, dict(self.parameters), self.a0_asked, self.load)
@@ -210,8 +244,13 @@ def _equilibrium(scene: Scene) -> float:
             "displacements, or march from start={'u': ..., 'v': ...}"
         )
 
+    given = scene.info.unstrained
+    unstrained = None if given is None else np.array([given(*scene.parameters.values())])
+
     def acceleration(u: float) -> float:
-        return float(scene.acceleration(np.zeros(1), np.array([[u]]), np.zeros((1, 1)))[0, 0])
+        at = np.array([[u]])
+        memory = None if unstrained is None else scene.committed(at, unstrained)
+        return float(scene.acceleration(np.zeros(1), at, np.zeros((1, 1)), memory)[0, 0])
 
     if (loaded := acceleration(0.0)) == 0.0:
         return 0.0
@@ -345,7 +384,8 @@ def _acceleration(scene: Scene, a0: ArrayLike | str) -> Array:
         if a0 != "consistent":
             raise ValueError(f"expected a0 to be numbers or 'consistent', got '{a0}'")
         u, v = np.atleast_2d(scene.u0), np.atleast_2d(scene.v0)
-        return scene.acceleration(np.zeros(len(u)), u, v).reshape(scene.u0.shape)
+        memory = np.atleast_2d(scene.memory0) if scene.info.memory else None
+        return scene.acceleration(np.zeros(len(u)), u, v, memory).reshape(scene.u0.shape)
     array = np.atleast_1d(real_array("a0", a0))
     if array.shape not in (scene.u0.shape, scene.u0.shape[-1:]):
         components = scene.u0.shape[-1]

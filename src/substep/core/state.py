@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 UNITS = ("", "h*", "h^2*")  # of u, v, a in the labels of a scheme's state
-GIVEN = ("t", "u", "v", "a", "history")  # what a dictionary may say
+GIVEN = ("t", "u", "v", "a", "history", "memory")  # what a dictionary may say
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +32,7 @@ class State:
     with these, a run goes on as if it had not been broken, else the scheme starts anew from u, v, a. steps: of this dt
     since the time `origin`, for the instants of the load to be the same to the bit. dt_next: of a run with chosen
     steps, the length of its next one, s. more: what else only such a run reads, as the tangents that an iteration
-    keeps.
+    keeps. memory: what the laws of a scene remember, by name.
     """
 
     t: float
@@ -46,6 +46,7 @@ class State:
     origin: float = 0.0
     dt_next: float | None = None
     more: Mapping[str, Array] = field(default_factory=dict[str, Array])
+    memory: Mapping[str, float] = field(default_factory=dict[str, float])
 
     @classmethod
     def given(cls, start: Any) -> State:
@@ -81,7 +82,8 @@ class State:
             )
         rows = cast("Mapping[str, Any]", carried or {})
         history = {label: np.atleast_1d(real_array(label, x)) for label, x in rows.items()}
-        return cls(real_number("t of start", parts.get("t", 0.0)), u, v, own_a, history)
+        memory = {name: real_number(f"{name} of start", x) for name, x in (parts.get("memory") or {}).items()}
+        return cls(real_number("t of start", parts.get("t", 0.0)), u, v, own_a, history, memory=memory)
 
     def goes_on(self, of: str, dt: float) -> bool:
         """Whether it is where a run `of` this scheme and kind in steps of dt can go on as if it had not been broken."""
@@ -142,6 +144,7 @@ class State:
         if self.history:
             found["history"] = named(("label", "row"), np.array(list(self.history.values())), {})
         numbers = {name: getattr(self, name) for name in ("t", "dt", "origin")}
+        numbers |= {f"memory {name}": x for name, x in self.memory.items()}
         attrs = {**numbers, "steps": float(self.steps), "of": self.of, "dt_next": self.dt_next or np.nan}
         found |= {
             f"more {name}": named(tuple(f"{name} {k}" for k in range(x.ndim)), x, {}) for name, x in self.more.items()
@@ -159,6 +162,7 @@ class State:
             dict(zip(labels, arrays.get("history", ()), strict=True)), str(found.attrs["of"]), dt,
             int(found.attrs["steps"]), origin, None if np.isnan(dt_next) else dt_next,
             {name.removeprefix("more "): x for name, x in arrays.items() if name.startswith("more ")},
+            {str(k).removeprefix("memory "): float(x) for k, x in found.attrs.items() if str(k).startswith("memory ")},
         )  # fmt: skip
 
     def consistent(self) -> State:

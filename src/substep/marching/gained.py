@@ -24,7 +24,7 @@ def gained(r: Response, dt: float | None) -> str:
     more than ten times that at the start, by more than half of the largest kinetic energy: so that an energy which
     cancels at the start does not count.
     """
-    if r.status != "completed" or len(r.u) < 2:
+    if r.status != "completed" or len(r.u) < 2 or r.memories is not None:
         return ""
     if r.scene.info.oscillator and dt is not None:
         return _unstable(r, dt)

@@ -171,14 +171,15 @@ def marched(
     more = len(pair_kernels(scene, scheme).STATE) - len(scheme.state)
     labels = [*bare(scheme.state), *["u of the tangent"] * more]
     lanes = march_lanes(
-        scene, scheme, np.array([steps.dt]), np.array([n]), start=_vectors(scene, state),
+        scene, scheme, np.array([steps.dt]), np.array([n]), start=_vectors(scene, state), memory=_memory(scene, state),
         begin=_begun(steps, state, labels, "scene", scheme), bound=bound, stride=stride, history=True, counts=True,
     )  # fmt: skip
     n_done = int(lanes.n_done[0])
     rows = lanes.out[0, : n_done // stride + 1]
     status, iterations = STATUSES[int(lanes.status[0])], lanes.iterations[0, :n_done]
     known = "scene", labels, lanes.state[0]
-    return _response(scene, scheme, steps, rows, n_done, status, iterations, state, known)
+    memory = lanes.memory[0, : len(rows)] if scene.info.memory else None
+    return _response(scene, scheme, steps, rows, n_done, status, iterations, state, known, memory)
 
 
 def _on_scene(scene: Scene, state: State) -> State:
@@ -190,9 +191,22 @@ def _on_scene(scene: Scene, state: State) -> State:
                 f"expected {name} of start with {len(scene.u0)} numbers, for the coordinates {coordinates} of "
                 f"{scene.name}, got shape {x.shape}; give one for each"
             )
+    if missing := set(scene.info.memory) ^ set(state.memory):
+        raise ValueError(
+            f"expected memory of start with {', '.join(scene.info.memory) or 'nothing'}, what the laws of {scene.name} "
+            f"remember, got {', '.join(state.memory) or 'none'}: see {', '.join(sorted(missing))}; give r.state, or "
+            "memory={...} beside u and v"
+        )
     if state.a is not None:
         return state
-    return replace(state, a=scene.acceleration(np.array([state.t]), state.u[None], state.v[None])[0])
+    at = np.array([state.t]), state.u[None], state.v[None]
+    memory = _memory(scene, state)
+    return replace(state, a=scene.acceleration(*at, None if memory is None else memory[None])[0])
+
+
+def _memory(scene: Scene, state: State | None) -> Array | None:
+    """What laws remember (k,) where a run begins, None where there is none or the scene's own start."""
+    return np.array([state.memory[name] for name in scene.info.memory]) if state and scene.info.memory else None
 
 
 def _vectors(scene: Scene, state: State | None) -> tuple[Array, Array, Array]:
@@ -220,6 +234,7 @@ def _response(
     iterations: Any,
     started: State | None,
     known: tuple[str, Sequence[str], Array] | None,
+    memory: Array | None = None,
 ) -> Response:
     """The response from rows (steps, 3, d) of u, v, a, or (steps, 2, d) of u, v for a scheme without its own a.
 
@@ -228,10 +243,11 @@ def _response(
     """
     failed = None if status == "completed" else steps.time(n_done + 1)
     own_a = rows[:, 2] if rows.shape[1] > 2 else None
-    last = partial(_stands, scheme, steps, (len(rows) - 1) * steps.stride, n_done, rows[-1], known)
+    remembered = {} if memory is None else dict(zip(scene.info.memory, memory[-1].tolist(), strict=True))
+    last = partial(_stands, scheme, steps, (len(rows) - 1) * steps.stride, n_done, rows[-1], known, remembered)
     return Response(
         rows[:, 0], rows[:, 1], iterations, status, failed, scene, scheme, steps.stride * steps.dt, own_a,
-        steps.times(len(rows)), started=started, last=last,
+        steps.times(len(rows)), started=started, last=last, memories=memory,
     )  # fmt: skip
 
 
@@ -242,12 +258,13 @@ def _stands(
     n_done: int,
     row: Array,
     known: tuple[str, Sequence[str], Array] | None,
+    memory: Mapping[str, float],
 ) -> State:
     """The state in the last row, after at_end of the n_done steps."""
     u, v, *a = row.copy()
     here = State(
         steps.time(at_end), u, v, a[0] if a else None, dt=steps.dt, steps=steps.begin.first + at_end,
-        origin=steps.begin.origin,
+        origin=steps.begin.origin, memory=memory,
     )  # fmt: skip
     if known is None or at_end != n_done:
         return here

@@ -23,8 +23,9 @@ LEAST = 64  # lanes of a thread's part, a block: with fewer the processor waits 
 TOLERANCE = 1e-12  # Newton's iteration ends at a correction of u smaller than this times the scene's length
 NEAR = 1 << 17  # numbers of histories that are read as soon as they are written, from the second cache
 
-# takes the rows (lanes, steps // stride + 1, 2 or 3, d) of some lanes, which are NaN after the last step completed
-Reader = Callable[[slice, Array], None]
+# takes of some lanes the rows (lanes, steps // stride + 1, 2 or 3, d) and what laws remember (lanes, the same, k), both
+# NaN after the last step completed
+Reader = Callable[[slice, Array, Array], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,14 +33,17 @@ class Lanes:
     """Results of P runs.
 
     out (P, rows, 2 or 3, d): u, v (and a, if the scheme has its own) every stride steps, no rows without a history;
-    state (P, m, d): last good state, rows as the kernel's STATE; newton (P, 2, balances): Newton iterations of the
+    memory (P, rows, k): what laws remember there; state (P, m, d): last good state, rows as the kernel's STATE;
+    remembered (P, k): what laws remember there; newton (P, 2, balances): Newton iterations of the
     steps completed, their sum and the most in one step; iterations (P, steps, balances): those of each step, no steps
     unless asked for; peak (P,): largest energy from t = 0 on, J; n_done (P,): steps completed; status (P,): index in
     response.STATUSES.
     """
 
     out: Array
+    memory: Array
     state: Array
+    remembered: Array
     newton: NDArray[np.int64]
     iterations: NDArray[np.int64]
     peak: Array
@@ -73,6 +77,7 @@ def march_lanes(
     n: NDArray[np.int64],
     *,
     start: tuple[Array, Array, Array] | None = None,
+    memory: Array | None = None,
     begin: Begin = AT_ZERO,
     bound: Any = np.inf,
     stride: int = 1,
@@ -82,7 +87,8 @@ def march_lanes(
 ) -> Lanes:
     """P runs with steps dt (P,) of n (P,) steps each; the scheme's parameters may be arrays (P,).
 
-    start: u, v, a at the start, (P, d) each, where they differ from the scene's. begin: when that is, for all lanes of
+    start: u, v, a at the start, (P, d) each, where they differ from the scene's; memory: what laws remember there,
+    (k,) or (P, k). begin: when that is, for all lanes of
     one dt, with rows (P, m, d) of the state where the scheme does not start anew. bound: energy in J beyond which a
     lane stops, a number or (P,). history: keep every stride-th step in `out`; counts: keep `iterations`. reader:
     called, by several threads at once, for ranges of lanes that together are all, with every stride-th step of theirs;
@@ -92,20 +98,26 @@ def march_lanes(
     P, steps = len(dt), int(n.max(initial=0))
     rows = _rows_kept(scheme, module, steps, stride, history, reader)
     u, v, a = (_of_lanes(x, (P, scene.u0.shape[-1])) for x in start or (scene.u0, scene.v0, scene.a0))
+    kept, reported = len(module.STATE), len(module.REPORTED)
+    if scene.info.memory:
+        memory = _of_lanes(scene.memory0 if memory is None else memory, (P, len(scene.info.memory)))
+    more = 0 if memory is None else -(-memory.shape[1] // u.shape[1])  # rows of as many numbers as coordinates
     scalars = {"h": dt, "since": begin.first + begin.origin / dt, "tolerance": TOLERANCE * scene.length, "bound": bound}
     scalars |= printed({**scene.parameters, **scheme.parameters})
     arrays: dict[str, Any] = {
         **{name: _of_lanes(x, (P,)) for name, x in scalars.items()},
         **{"u": u, "v": v, "a": a, "n": np.array(n, dtype=np.int64), "first": 0, "stride": stride},
-        "state": np.empty((P, len(module.STATE), u.shape[1])),
-        "out": np.zeros((P, rows, len(module.REPORTED), u.shape[1])),
+        "state": np.zeros((P, kept + more, u.shape[1])),
+        "out": np.zeros((P, rows, reported + more, u.shape[1])),
         "newton": np.zeros((P, 2, scheme.balances), dtype=np.int64),
         "iterations": np.zeros((P, steps if counts else 0, scheme.balances), dtype=np.int64),
         **{name: np.empty(P, dtype=np.int64) for name in ("n_done", "status")},
         "peak": np.empty(P),
     }
+    if memory is not None:
+        put_memory(arrays["state"], kept, memory)
     if arrays["out"].shape[1]:
-        _put_start(arrays, slice(None), arrays["out"])
+        _put_start(arrays, module, slice(None), arrays["out"])
     if scene.info.sampled:
         values = [np.broadcast_to(x, P) for x in scheme.parameters.values()]
         stencil, at_start = (_columns(f(*values), P) for f in (module.stencil, module.start_stencil))
@@ -114,17 +126,17 @@ def march_lanes(
         arrays["start_forces"] = scene.forces(begin.origin + (begin.first + at_start) * dt[:, None])
     head = None
     if begin.rows is not None:
-        arrays["state"][:] = begin.rows
+        arrays["state"][:, :kept] = begin.rows
     elif scheme.starter is not None:
-        head = _head(scene, scheme, module, arrays, (u, v, a), begin)
+        head = _head(scene, scheme, module, arrays, (u, v, a), memory, begin)
     elif module.START_ARGUMENTS:
         module.start(*(arrays[name] for name in module.START_ARGUMENTS))
-        arrays["state"][:, len(scheme.state) :] = u[:, None]  # where a scheme takes the tangent at the start
+        arrays["state"][:, len(scheme.state) : kept] = u[:, None]  # where a scheme takes the tangent at the start
     else:
         for k, (kind, _) in enumerate(module.STATE):
             arrays["state"][:, k] = arrays[kind]
-    _run(module, arrays, P, steps // stride + 1, reader)
-    peak = np.maximum(arrays["peak"], scene.energy(np.zeros(P), u, v))
+    _run(module, arrays, P, steps // stride + 1, reader, len(scene.info.memory))
+    peak = np.maximum(arrays["peak"], scene.energy(np.zeros(P), u, v, memory))
     if head is not None:
         early = head.n_done < np.minimum(n, arrays["first"])
         for name in ("n_done", "status"):
@@ -134,8 +146,24 @@ def march_lanes(
         arrays["newton"][:, 0, 0] += of_head.sum(axis=1)
         arrays["newton"][:, 1, 0] = np.maximum(arrays["newton"][:, 1, 0], of_head.max(axis=1, initial=0))
         arrays["iterations"][:, : arrays["first"], 0] = of_head[:, : arrays["iterations"].shape[1]]
-    kept = "out", "state", "newton", "iterations", "n_done", "status"
-    return Lanes(peak=peak, **{name: arrays[name] for name in kept})
+    k, out, state = len(scene.info.memory), arrays["out"], arrays["state"]
+    names = "newton", "iterations", "n_done", "status"
+    return Lanes(
+        out=out[:, :, :reported], memory=_of_rows(out, reported, k), state=state[:, :kept],
+        remembered=_of_rows(state, kept, k), peak=peak, **{name: arrays[name] for name in names},
+    )  # fmt: skip
+
+
+def put_memory(rows: Array, first: int, memory: Array) -> None:
+    """Put what laws remember (..., k) into the rows (..., m, d) from the first on."""
+    d = rows.shape[-1]
+    for i in range(memory.shape[-1]):
+        rows[..., first + i // d, i % d] = memory[..., i]
+
+
+def _of_rows(rows: Array, first: int, k: int) -> Array:
+    """What laws remember, k numbers (..., k), from rows (..., m, d), from the first on."""
+    return rows[..., first:, :].reshape(*rows.shape[:-2], -1)[..., :k]
 
 
 def _of_lanes(x: Any, shape: tuple[int, ...]) -> Array:
@@ -161,10 +189,12 @@ def _rows_kept(
     return min(steps, scheme.starting_steps) // stride + 1
 
 
-def _put_start(arrays: Mapping[str, Any], lanes: slice, out: Array) -> None:
-    """Put u, v, a at t = 0 of some lanes into the first row of out, their histories."""
-    for k, name in enumerate("uva"[: out.shape[2]]):
+def _put_start(arrays: Mapping[str, Any], module: ModuleType, lanes: slice, out: Array) -> None:
+    """Put u, v, a, and what laws remember, at the start of some lanes into the first row of out, their histories."""
+    reported = len(module.REPORTED)
+    for k, name in enumerate("uva"[:reported]):
         copy_rows(arrays[name][lanes], out[:, 0, k])
+    out[:, 0, reported:] = arrays["state"][lanes, len(module.STATE) :]
 
 
 def _columns(numbers: Sequence[Any], P: int) -> Array:
@@ -178,6 +208,7 @@ def _head(
     module: ModuleType,
     arrays: dict[str, Any],
     start: tuple[Array, Array, Array],
+    memory: Array | None,
     begin: Begin,
 ) -> Lanes:
     """March the first steps with the scheme's starter; fill the state and the rows of these steps.
@@ -190,19 +221,26 @@ def _head(
     steps = np.minimum(n, scheme.starting_steps)
     head = march_lanes(
         scene, scheme.starter, arrays["h"], steps,
-        start=start, begin=begin, bound=arrays["bound"], history=True, counts=True,
+        start=start, memory=memory, begin=begin, bound=arrays["bound"], history=True, counts=True,
     )  # fmt: skip
     history = [("uva".index(kind), lag) for kind, lag in module.STATE]
-    arrays["state"][:] = carried(history, steps, lambda k, kind: head.out[every, k, kind]).swapaxes(0, 1)
+    rows, reported = carried(history, steps, lambda k, kind: head.out[every, k, kind]), len(module.REPORTED)
+    arrays["state"][:, : len(history)] = rows.swapaxes(0, 1)
+    if memory is not None:
+        put_memory(arrays["state"], len(history), head.remembered)
     out = arrays["out"]
     for row in range(min(out.shape[1], int(steps.max(initial=0)) // arrays["stride"] + 1)):
-        out[:, row] = head.out[:, row * arrays["stride"], : out.shape[2]]
+        out[:, row, :reported] = head.out[:, row * arrays["stride"], :reported]
+        if memory is not None:
+            put_memory(out[:, row], reported, head.memory[:, row * arrays["stride"]])
     arrays["n"] = np.where(head.n_done < steps, head.n_done, n)
     arrays["first"] = scheme.starting_steps
     return head
 
 
-def _run(module: ModuleType, arrays: Mapping[str, Any], lanes: int, rows: int, reader: Reader | None) -> None:
+def _run(
+    module: ModuleType, arrays: Mapping[str, Any], lanes: int, rows: int, reader: Reader | None, remembered: int
+) -> None:  # fmt: skip
     """March all lanes: a few one by one, many in blocks. Parts are small, since slow lanes are often neighbours."""
     few = lanes < FEW
     march, least, cost = (module.march, 1, 100) if few else (module.march_block, LEAST, 4)  # ns a step of a lane
@@ -224,11 +262,12 @@ def _run(module: ModuleType, arrays: Mapping[str, Any], lanes: int, rows: int, r
             if early.shape[1]:
                 out[:, : early.shape[1]] = early[chosen]
             else:
-                _put_start(arrays, chosen, out)
+                _put_start(arrays, module, chosen, out)
             march(*own)
             kept = arrays["n_done"][chosen] // arrays["stride"] + 1
             if kept.min() < rows:
                 out[np.arange(rows) >= kept[:, None]] = np.nan
-            reader(chosen, out)
+            reported = len(module.REPORTED)
+            reader(chosen, out[:, :, :reported], _of_rows(out, reported, remembered))
 
     spread(part if reader is None else part_read, lanes, least, nanoseconds=cost * int(arrays["n"].sum()))

@@ -76,10 +76,10 @@ def _others(
         forces = scene.forces(t)
         of_rows = replace(scene, load=lambda _: forces)
 
-    def read(where: slice, out: Array) -> None:
+    def read(where: slice, out: Array, memory: Array) -> None:
         some, own = of_rows.lanes(where), out.shape[2] > 2
         u, v = out[:, :, 0], out[:, :, 1]
-        a = out[:, :, 2] if own else _accelerations(some, t, u, v)
+        a = out[:, :, 2] if own else _accelerations(some, t, u, v, memory)
         if plan.keep == "peak":
             largest = [*_largest(out).swapaxes(0, 1), *([] if own else [_largest(a)])]
             for name, x in zip("uva", largest, strict=True):
@@ -88,7 +88,7 @@ def _others(
         u, v, a = (x[:, -rows:] for x in (u, v, a))
         for name, x in zip("uva", (u, v, a), strict=True):
             copy_rows(x, kept[name][where])
-        kept["energy"][where] = some.energy(t[-rows:], u, v)
+        kept["energy"][where] = some.energy(t[-rows:], u, v, memory[:, -rows:])
 
     steps = np.full(P, dt), np.full(P, n)
     lanes = march_lanes(scene, scheme, *steps, bound=plan.bound, stride=stride, reader=read)
@@ -141,8 +141,8 @@ def _largest(x: Array) -> Array:
     return x[:, 0]
 
 
-def _accelerations(scene: Scene, t: Array, u: Array, v: Array) -> Array:
+def _accelerations(scene: Scene, t: Array, u: Array, v: Array, memory: Array) -> Array:
     """Accelerations (P, rows, d) of a scheme without its own: from the equation of motion, the start's as given."""
-    a = scene.acceleration(t, u, v)
+    a = scene.acceleration(t, u, v, memory)
     a[:, 0] = scene.a0
     return a

@@ -32,7 +32,8 @@ or None); start, a function of the parameters: u, v, and a or None if it follows
 length, to which Newton's tolerance is relative, and energy_scale, of a scene that starts without energy, both
 functions of the parameters; names of outputs; whether it has an angular momentum; sampled, whether the user gives
 the load; damped, whether its velocity causes a force; oscillator, for a linear oscillator its circular frequency,
-damping ratio and mass as functions of the parameters, None for any other scene.
+damping ratio and mass as functions of the parameters, None for any other scene. One whose laws have a memory has its
+names, and `unstrained`, a function of the parameters: its values before anything is strained.
 """
 {imports}
 SCENES = {scenes}

@@ -1,0 +1,57 @@
+"""The root of a balance whose force is piecewise linear, in closed form: each branch's own linear solve, and which holds.
+
+A force of Min and Max of linear functions of the unknown z gives a residual of that kind. Where every branch of the
+residual increases with z, the root of Min(f, g) is the larger of both roots, that of Max(f, g) the smaller: the branch
+that holds is found by comparing roots, without trying one branch after another.
+"""
+
+from collections.abc import Sequence
+
+from sympy import Add, Expr, Max, Min, Mul, Piecewise, S, Symbol, collect, nan
+
+from ..declare.parameter import Parameter, positive
+from ..motion.components import Writer
+
+
+def root(residual: Expr, z: Symbol, w: Writer) -> Expr | None:
+    """The z at which the residual is 0, NaN where a branch does not increase; None if it is not piecewise linear."""
+    return _root(residual, S.Zero, z, w, (*w.scheme.parameters, *w.motion.scene.parameters))
+
+
+def _root(e: Expr, rest: Expr, z: Symbol, w: Writer, parameters: Sequence[Parameter]) -> Expr | None:
+    """The root of e + rest, where the rest is linear in z."""
+    for term in Add.make_args(_distributed(e)):
+        factors = Mul.make_args(term)
+        branching = [x for x in factors if isinstance(x, Min | Max) and x.has(z)]
+        if not branching:
+            continue
+        factor = Mul(*(x for x in factors if x is not branching[0]))
+        if len(branching) > 1 or factor.has(z) or not positive(factor, parameters):
+            return None
+        chosen = branching[0]
+        others = _distributed(e) - term
+        roots = [_root(factor * x + others, rest, z, w, parameters) for x in chosen.args]
+        found = [x for x in roots if x is not None]
+        if len(found) < len(roots):
+            return None
+        return Max(*found) if isinstance(chosen, Min) else Min(*found)
+    whole = (e + rest).expand()
+    slope = whole.diff(z)
+    if slope.has(z) or not slope.free_symbols <= w.fixed:
+        return None
+    known = whole.subs(z, 0)
+    known = collect(known, sorted(known.free_symbols - w.fixed, key=str))
+    return -w.hoist(known) * w.constant(Piecewise((1 / slope, slope > 0), (nan, True)))
+
+
+def _distributed(e: Expr) -> Expr:
+    """The expression with products of sums that branch multiplied out."""
+    terms = list[Expr]()
+    for term in Add.make_args(e):
+        sums = [x for x in Mul.make_args(term) if isinstance(x, Add) and x.has(Min, Max)]
+        if not sums:
+            terms.append(term)
+            continue
+        factor = Mul(*(x for x in Mul.make_args(term) if x is not sums[0]))
+        terms += [_distributed(factor * x) for x in sums[0].args]
+    return Add(*terms)
