@@ -5,7 +5,7 @@ from dataclasses import replace
 from textwrap import wrap
 from typing import Any
 
-from sympy import Symbol
+from sympy import Expr, Symbol
 
 from ..declare.symbols import knot
 from ..estimate.held import END, HALVED, START
@@ -47,7 +47,7 @@ def adaptive_module(p: EstimatedBody, banner: str) -> str:
     """Text of the module."""
     to, body = _Writer(p), p.body
     lane, counts = to.lane()
-    text = "".join([to.accelerations(), to.first(), to.halved(), lane, fill(ADAPTIVE_MARCH, d=len(to.d))])
+    text = "".join([to.accelerations(), to.first(), to.halved(), lane, fill(ADAPTIVE_MARCH, rows=to.rows, d=len(to.d))])
     header = fill(
         ADAPTIVE_HEADER,
         scheme=body.scheme.name,
@@ -57,7 +57,7 @@ def adaptive_module(p: EstimatedBody, banner: str) -> str:
         balances=len(body.steps),
         rung=repr(2**0.5 if p.refactored else 0.0),
         change=f"{sum(operations([a]) for a in p.changing) / max(counts['step'], 1):.3g}",
-        state=len(body.scheme.state) + len(p.kept),
+        state=body.rows + len(p.kept),
         degree=p.between.degree,
         operations=counts,
     )
@@ -90,6 +90,9 @@ class _Writer:
         self.ends = [[self.w.doprint(e) for e in vector] for vector in self.body.report]
         self.end_a = self.body.components(END.a)
         self.old_back = [(f"here[{k}, {i}]", name) for k, row in enumerate(self.old) for i, name in enumerate(row)]
+        self.rows = 3 + self.body.rows_of_memory  # of here, start and out: u, v, a, and what laws remember
+        self.memory = [[s.name for s in names] for names in zip(*self.body.memory, strict=True)] or [[], []]
+        self.remembered_at = [place for _, place in self.body.laid(self.memory[0], 3)]
         u_0 = zip(self.body.components("u_0"), self.start[0], strict=True)
         self.initial = placed((f"{name} = {place}" for name, place in u_0), 1)
 
@@ -102,7 +105,7 @@ class _Writer:
         p, given = self.p, self.body.parameters(self.p.acceleration)
         outputs = [(f"value_{i}", e) for i, e in enumerate(p.acceleration)]
         names = [*(self.w.doprint(s) for s in given), "t", "load"]
-        names += [name for kind in "uv" for name in self.body.components(f"{kind}_*now")]
+        names += [name for kind in "uv" for name in self.body.components(f"{kind}_*now")] + self.memory[0]
         return fill(
             ACCELERATION,
             arguments=", ".join(names),
@@ -110,25 +113,27 @@ class _Writer:
             value=", ".join(name for name, _ in outputs),
         )
 
-    def acceleration(self, targets: Iterable[str], t: str, u: Iterable[str], v: Iterable[str]) -> str:
-        """The line that computes it; with a load only where the scene takes one."""
+    def acceleration(
+        self, targets: Iterable[str], t: str, u: Iterable[str], v: Iterable[str], memory: Iterable[str] | None = None
+    ) -> str:
+        """The line that computes it; with a load only where the scene takes one; memory: by default that at t_n."""
         p = self.p
         load = f"_load(load, samples, middle, {t})" if p.acceleration.has(Symbol("load")) else "0.0"
         given = (self.w.doprint(s) for s in self.body.parameters(p.acceleration))
-        return f"{', '.join(targets)} = _acceleration({', '.join([*given, t, load, *u, *v])})"
+        return f"{', '.join(targets)} = _acceleration({', '.join([*given, t, load, *u, *v, *(self.memory[0] if memory is None else memory)])})"
 
     def acceleration_at_end(self, targets: Iterable[str]) -> str:
         """The line that computes it at the end of a step."""
-        return self.acceleration(targets, "end", self.ends[0], self.ends[1])
+        return self.acceleration(targets, "end", self.ends[0], self.ends[1], self.memory[1])
 
     def first(self) -> str:
         """Text of `_first`, which has the acceleration, a trial's u and v, and its acceleration in the rows of size."""
-        size = self._rows("size[{}, {}]")
+        size, memory = self._rows("size[{}, {}]"), [f"start[{place}]" for place in self.remembered_at]
         return fill(
             FIRST,
             numbers=self.numbers,
-            first=placed([self.acceleration(size[0], "t", self.start[0], self.start[1])], 1),
-            second=placed([self.acceleration(size[1], "t", size[1], size[2])], 1),
+            first=placed([self.acceleration(size[0], "t", *self.start[:2], memory)], 1),
+            second=placed([self.acceleration(size[1], "t", *size[1:], memory)], 1),
         )
 
     def halved(self) -> str:
@@ -138,7 +143,7 @@ class _Writer:
             return ""
         results = [self.w.doprint(e) for vector in body.report[:2] for e in vector]
         failed = replace(TOL, failed=f"return {', '.join(['np.nan'] * len(results))}")
-        step = step_text(body, failed, ONE_LANE, [Part(body.reported)])
+        step = step_text(body, failed, ONE_LANE, [Part(body.closing)])
         given = [f"begin_{k}" for k in range(len(body.places))]
         return fill(
             HALVES,
@@ -156,9 +161,7 @@ class _Writer:
     def lane(self) -> tuple[str, dict[str, Any]]:
         """Text of `_lane`, and operations of a step, the estimate included, and of each iteration."""
         p, body, w = self.p, self.body, self.w
-        state = [
-            (name, f"state[{place}]") for name, place in (*body.places, *body.places_of(p.kept, len(body.scheme.state)))
-        ]
+        state = [(name, f"state[{place}]") for name, place in (*body.places, *body.places_of(p.kept, body.rows))]
         step = step_text(body, TOL, ONE_LANE, self._results())
         size, weighing = self._size()
         return fill(
@@ -185,12 +188,20 @@ class _Writer:
             restart=self._restart(),
             first_old=placed((f"{name} = {at}" for at, name in self.old_back), 1),
             old_back=self._old_back(1),
-            store=placed((f"out[row, {k}, {i}] = {self.old[k][i]}" for k in range(3) for i in self.d), 3),
+            store=placed((f"out[row, {place[5:-1]}] = {name}" for place, name in self._here), 3),
             write_state=placed((f"{place} = {name}" for name, place in state), 1),
         ), {**step.operations, "step": step.operations["step"] + weighing}
 
+    @property
+    def _here(self) -> list[tuple[str, str]]:
+        """The places of u, v, a and what laws remember in `here`, and the names that hold them once a step has ended."""
+        return [
+            *self.old_back,
+            *((f"here[{at}]", name) for at, name in zip(self.remembered_at, self.memory[0], strict=True)),
+        ]
+
     def _old_back(self, depth: int) -> str:
-        return placed((f"{at} = {name}" for at, name in self.old_back), depth)
+        return placed((f"{at} = {name}" for at, name in self._here), depth)
 
     def _results(self) -> list[Part | str]:
         """What is reported, its energy and the estimated errors."""
@@ -208,9 +219,12 @@ class _Writer:
     def _begin(self) -> str:
         """Lines that take the state from the start."""
         rows = [f"state[{j}] = start[{knot(0).index(s)}]" for j, s in enumerate(self.body.scheme.state)]
-        for j, s in enumerate(self.p.kept, start=len(rows)):
+        memory = [f"start[{place}]" for place in self.remembered_at]
+        places = self.body.laid(self.memory[0], len(rows))
+        rows += [f"state[{at}] = {given}" for (_, at), given in zip(places, memory, strict=True)]
+        for j, s in enumerate(self.p.kept, start=self.body.rows):
             if s == START.a:
-                rows += [self.acceleration([f"state[{j}, {i}]" for i in self.d], "t_begin", *self.start[:2])]
+                rows += [self.acceleration([f"state[{j}, {i}]" for i in self.d], "t_begin", *self.start[:2], memory)]
             else:
                 rows += [f"state[{j}] = 0.0"]
         return placed(rows, 2)
@@ -236,7 +250,60 @@ class _Writer:
             rows += ["else:", *(f"    {row}" for row in (*alone, *first))] if alone or first else []
         else:
             rows += [f"size *= {0.5 / d!r}"]
-        return placed([*rows, *end], 2), 15 * d + (8 * d if end else 0)
+        return placed([*rows, *end, *self._defect()], 2), 15 * d + (8 * d if end else 0)
+
+    def _defect(self) -> list[str]:
+        """Lines that see what a law does within a step, where a scene has laws with a memory; none where it has none.
+
+        Yielding bends the acceleration between the ends of a step, where no estimate of higher order looks. So the
+        motion between them is put into the equation of motion in the middle of the step, or where an elongation turns
+        back; what is left over, acting for a quarter of the step, counts as an error of v where it is too large. How
+        far an elongation goes beyond where it is committed counts as an error of u, if the force would be another one.
+        """
+        p = self.p
+        if not self.memory[0]:
+            return []
+        begin, end, again = ([f"{name}_{i}" for i in self.d] for name in ("then", "now", "again"))
+        middle, left = [[f"mid_{k}_{i}" for i in self.d] for k in range(3)], [f"left_{i}" for i in self.d]
+        at_mid, at_end = ([f"{when}_{name}" for name in self.memory[0]] for when in ("mid", "end"))
+        rows = [self.acceleration(begin, "t", *self.old[:2]), self.acceleration_at_end(end)]
+        rows += ["share, turns, late = 0.5, False, 0.0"]
+        for _, rate in p.elongations:
+            rows += [f"rate_{k} = {self._at([rate], *x[:2])[0]}" for k, x in enumerate((self.old, self.ends))]
+            rows += ["if rate_0 * rate_1 < 0.0:", "    share, turns = rate_0 / (rate_0 - rate_1), True"]
+        for i in self.d:
+            both = zip((*knot(0), *knot(1)), (*self.old[:2], begin, *self.ends[:2], end), strict=True)
+            w = KernelPrinter({s.name: row[i] for s, row in both})
+            motion = zip(middle, (p.between.u, p.between.v, p.between.a), strict=True)
+            rows += block([(names[i], e) for names, e in motion], 0, w)[0].splitlines()
+        rows += ["elapsed = share * h", *self._committed(at_mid, middle[0], self.memory[0])]
+        rows += ["elapsed = (1.0 - share) * h", *self._committed(at_end, self.ends[0], at_mid)]
+        rows += [self.acceleration(left, "t + share * h", *middle[:2], at_mid)]
+        rows += [self.acceleration(again, "end", *self.ends[:2], at_end)]
+        for i in self.d:
+            scale = f"floor + rtol * max(abs({self.old[1][i]}), abs({self.ends[1][i]}))"
+            rows += [f"part = 0.25 * h * ({left[i]} - {middle[2][i]}) / ({scale})", "late += part * part"]
+        rows += [f"late *= {1.0 / len(self.d)!r}", "size = size if late <= 1.0 else late"]
+        differ = " or ".join(f"abs({x} - {y}) > 1e-9 * abs({y})" for x, y in zip(again, end, strict=True))
+        rows += [f"if turns and ({differ}):"]
+        for elongation, _ in p.elongations:
+            old, new, mid = (self._at([elongation], *x)[0] for x in (self.old[:2], self.ends[:2], middle[:2]))
+            rows += [f"    old, new, mid = {old}, {new}, {mid}", "    part = min(abs(mid - old), abs(mid - new))"]
+            rows += [
+                "    part /= atol_u + rtol * max(abs(old), abs(new)) + 1e-300",
+                "    size = max(size, part * part)",
+            ]
+        return rows
+
+    def _at(self, expressions: Iterable[Expr], u: Iterable[str], v: Iterable[str]) -> list[str]:
+        """Texts of expressions in u and v named without a knot, at others."""
+        both = zip((*self.body.components("u_*now"), *self.body.components("v_*now")), (*u, *v), strict=True)
+        return list(map(KernelPrinter(dict(both)).doprint, expressions))
+
+    def _committed(self, names: Iterable[str], u: Iterable[str], memory: Iterable[str]) -> list[str]:
+        """Lines that commit what laws remember at u, `elapsed` after the memory given."""
+        both = zip((*self.body.components("u_*now"), *self.memory[0]), (*u, *memory), strict=True)
+        return block(list(zip(names, self.p.remembered, strict=True)), 0, KernelPrinter(dict(both)))[0].splitlines()
 
     def _end_rows(self) -> list[str]:
         """Lines that put the error by the acceleration at the end in the others' place where it is too large.
@@ -261,7 +328,17 @@ class _Writer:
             names = {s.name: row[i] for s, row in (*zip(knot(0), old, strict=True), *zip(knot(1), new, strict=True))}
             motion = [(f"out[place, {k}, {i}]", e) for k, e in enumerate((p.between.u, p.between.v, p.between.a))]
             rows += [block(motion, 4, KernelPrinter(names))[0]]
-        at_end = placed((f"out[place, {k}, {i}] = {new[k][i]}" for k in range(3) for i in self.d), 4)
+        if self.memory[0]:
+            places = [f"out[place, {at}]" for at in self.remembered_at]
+            u = [f"out[place, 0, {i}]" for i in self.d]
+            rows += [placed(["elapsed = share * h", *self._committed(places, u, self.memory[0])], 4)]
+        at_end = placed(
+            [
+                *(f"out[place, {k}, {i}] = {new[k][i]}" for k in range(3) for i in self.d),
+                *(f"out[place, {at}] = {name}" for at, name in zip(self.remembered_at, self.memory[1], strict=True)),
+            ],
+            4,
+        )
         filled = fill(DENSE, at_end=at_end, between="\n".join(rows))
         return "\n".join([*([placed(before, 3)] if before else []), filled])
 

@@ -197,7 +197,7 @@ class Body:
     @property
     def results(self) -> Assignments:
         """What is computed after the phases: what is reported, and its energy."""
-        return [*([] if self.last_commit else self.reported), (Symbol("energy"), self.energy)]
+        return [*self.closing, (Symbol("energy"), self.energy)]
 
     @property
     def iterated(self) -> list[int]:
@@ -230,16 +230,31 @@ class Body:
     @property
     def places(self) -> list[tuple[str, str]]:
         """Name of every component of what is carried, and its row and column; what laws remember in rows of its own."""
-        return [*self.places_of(self.carried), *self._rows_of([s.name for s, _ in self.memory], len(self.carried))]
+        return [*self.places_of(self.carried), *self.laid([s.name for s, _ in self.memory], len(self.carried))]
 
     @property
     def stored(self) -> list[tuple[str, Expr]]:
         """Row and column of every number that is reported, and the number."""
         found = [(f"{k}, {i}", e) for k, vector in enumerate(self.report) for i, e in enumerate(vector)]
-        return [*found, *((place, e) for e, place in self._rows_of([e for _, e in self.memory], len(self.report)))]
+        return [*found, *((place, e) for e, place in self.laid([e for _, e in self.memory], len(self.report)))]
 
-    def _rows_of(self, numbers: Sequence[Any], first: int) -> list[tuple[Any, str]]:
-        """Numbers laid in rows of as many columns as there are coordinates, and the place of each."""
+    @property
+    def rows(self) -> int:
+        """The number of rows of what is carried from step to step."""
+        return len(self.carried) + self.rows_of_memory
+
+    @property
+    def rows_of_memory(self) -> int:
+        """The number of rows of what laws remember."""
+        return -(-len(self.memory) // len(self.motion.coordinates))
+
+    @property
+    def closing(self) -> Assignments:
+        """What is reported, where the phases have not assigned it."""
+        return [] if self.last_commit else self.reported
+
+    def laid(self, numbers: Sequence[Any], first: int) -> list[tuple[Any, str]]:
+        """Numbers laid in rows of as many columns as there are coordinates, from the first on, and the place of each."""
         d = len(self.motion.coordinates)
         return [(e, f"{first + k // d}, {k % d}") for k, e in enumerate(numbers)]
 
@@ -254,8 +269,9 @@ def _start(scheme: Scheme, motion: EquationsOfMotion) -> Start:
     expressions = Step.of(scheme).start
     assert expressions is not None
     stencil = instants(expressions, scheme.typical)
-    w = Writer(scheme, motion, stencil, began=knot(0).u, instants={knot(0).u: Integer(0)},
-               committed={knot(0).u: Integer(0)})
+    w = Writer(
+        scheme, motion, stencil, began=knot(0).u, instants={knot(0).u: Integer(0)}, committed={knot(0).u: Integer(0)}
+    )
     state = Matrix.hstack(*(w.hoisted(w.vector(e).subs(STEPS[0], SINCE)) for e in expressions))
     return Start(w.constants, state, stencil)
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from sympy import Expr, Matrix, Symbol
 
 from ..declare.errors import DeclarationError
+from ..declare.law import elapsed
 from ..declare.scheme import Scheme
 from ..declare.symbols import h, knot, knot_of, sampled, t
 from ..estimate.estimator import acceleration_lag, kappa
@@ -30,7 +31,8 @@ class EstimatedBody:
     u, of v need the step before. lag: the power of h with which a_0 differs from the motion's own acceleration; None
     where it does not. halved: the same step, of which two of half the length are made; None where no estimate needs
     them. acceleration: from the equation of motion, in components of u, v named without a knot, t and the load.
-    between: the interpolant, for one coordinate of a step.
+    between: the interpolant, for one coordinate of a step. remembered: what laws remember in the step, in components of u
+    named without a knot and `elapsed`; elongations: those of the laws and their rates, named so too.
     """
 
     body: Body
@@ -48,6 +50,8 @@ class EstimatedBody:
     halved: Body | None
     acceleration: Matrix
     between: Interpolant
+    remembered: tuple[Expr, ...]
+    elongations: tuple[tuple[Expr, Expr], ...]
 
     @classmethod
     def of(
@@ -89,12 +93,19 @@ class EstimatedBody:
         ]
         u, v = ([Symbol(name) for name in component_names(Symbol(f"{k}_*now"), motion)] for k in "uv")
         place = dict(zip((*motion.coordinates, *motion.scene.rates), (*u, *v), strict=True))
-        acceleration = motion.consistent_acceleration.subs({**place, sampled: Symbol("load")}, simultaneous=True)
+        place |= {
+            sampled: Symbol("load"),
+            elapsed: 0,
+            **{s: old for s, (old, _) in zip(motion.memory, body.memory, strict=True)},
+        }
+        acceleration = motion.consistent_acceleration.subs(place, simultaneous=True)
         halved = Body.of(scheme, motion, now=t) if any(e.has(*HALVED[:2]) for e in errors) else None
         return cls(
             body, terms, once, [*changing, *body.near], uneven, found[0], found[1], found[2] if found[2:] else [],
             always, kept, (by_before[0], by_before[1]), lag, halved, acceleration,
             Interpolant.of(knot(0), knot(1), order),
+            tuple(e.subs({**place, elapsed: elapsed}, simultaneous=True) for e in motion.commit.values()),
+            tuple((x.subs(place, simultaneous=True), r.subs(place, simultaneous=True)) for x, r in motion.elongations),
         )  # fmt: skip
 
     @property

@@ -101,13 +101,18 @@ class EquationsOfMotion:
     def _laws(self) -> list[tuple[Element, Mapping[Symbol, Symbol]]]:
         return [(element, self.scene.memory_of[name]) for name, element in self.scene.laws.items()]
 
+    @property
+    def elongations(self) -> list[tuple[Expr, Expr]]:
+        """The elongation of each law, in the coordinates, and its rate, in these and their rates."""
+        found = [element.elongation for element in self.scene.laws.values()]
+        return [(x, sum((x.diff(q) * rate(q) for q in self.coordinates), Integer(0))) for x in found]
+
     def _of_laws(self, *, of_rate: bool) -> Matrix:
         """The force of the laws that depend on the rate of their elongation, or of the others."""
         total = zeros(len(self.coordinates), 1)
-        for element, symbols in self._laws:
+        for (element, symbols), (elongation, speed) in zip(self._laws, self.elongations, strict=True):
             if element.law.of_rate == of_rate:
-                along = Matrix([element.elongation.diff(q) for q in self.coordinates])
-                speed = (along.T * Matrix(self.scene.rates))[0]
+                along = Matrix([elongation.diff(q) for q in self.coordinates])
                 total += along * element.expression(element.law.trial, symbols).subs(e_dot, speed)
         return total
 
@@ -234,8 +239,7 @@ class EquationsOfMotion:
         """The scene's named outputs, and the force of each law, as functions of the coordinates, rates and memory."""
         several = len(self.scene.laws) > 1
         found = {name: e.subs(self.scene.invariants) for name, e in self.scene.outputs.items()}
-        for name, element in self.scene.laws.items():
-            speed = sum((element.elongation.diff(q) * rate(q) for q in self.coordinates), Integer(0))
+        for (name, element), (_, speed) in zip(self.scene.laws.items(), self.elongations, strict=True):
             force = element.expression(element.law.trial, self.scene.memory_of[name]).subs(e_dot, speed)
             found[f"{name}_force" if several else "force"] = force
         return found

@@ -18,7 +18,7 @@ from ..core.schemes import Scheme
 from ..core.state import State
 from ..core.threads import spread
 from ..run.clock import Control
-from .scene_lanes import TOLERANCE
+from .scene_lanes import TOLERANCE, memory_in, memory_of, put_memory
 
 ROWS = 512  # of the first buffer; each further one holds twice as many
 NANOSECONDS = 5e4  # of a run, roughly
@@ -74,7 +74,10 @@ def lanes_of(
     numbers = np.empty((P, len(module.SCALARS)))
     for k, name in enumerate(module.SCALARS):
         numbers[:, k] = named[name]
-    vectors = np.empty((P, 3, d))
+    remembered = len(scene.info.memory)
+    vectors = np.zeros((P, 3 - (-remembered // d), d))
+    if remembered:
+        put_memory(vectors, 3, scene.memory0 if start is None else memory_of(scene, start))
     for k, (name, x) in enumerate((("u", scene.u0), ("v", scene.v0), ("a", scene.a0))):
         vectors[:, k] = x if start is None else getattr(start, name)
     targets = np.empty((1, len(breaks) + 1))
@@ -88,24 +91,26 @@ def lanes_of(
         "targets": targets,
         "grid": grid,
         "state": np.empty((P, module.STATE, d)),
-        "here": np.empty((P, 3, d)),
+        "here": np.empty(vectors.shape),
         "control": np.zeros((P, module.CONTROL)),
         "counts": np.zeros((P, module.COUNTS), np.int64),
         "newton": np.zeros((P, 2, module.BALANCES), np.int64),
-        **_buffers(P, size, d, module.BALANCES, bool(grid.size)),
+        **_buffers(P, size, vectors.shape[1:], module.BALANCES, bool(grid.size)),
         "status": np.empty(P, np.int64),
     }
 
 
-def _buffers(P: int, rows: int, d: int, balances: int, gridded: bool) -> dict[str, NDArray[Any]]:
+def _buffers(P: int, rows: int, of_row: tuple[int, ...], balances: int, gridded: bool) -> dict[str, NDArray[Any]]:
     return {
         "times": np.empty((P, rows)),
-        "out": np.empty((P, rows, 3, d)),
+        "out": np.empty((P, rows, *of_row)),
         "iterations": np.zeros((P, 0 if gridded else rows, balances), np.int64),
     }
 
 
-RowReader = Callable[[int, Array], None]  # takes rows (rows, 3, d) of u, v, a of a lane, those not yet given to it
+RowReader = Callable[
+    [int, Array], None
+]  # takes rows (rows, 3 or more, d) of u, v, a and more of a lane, those not yet given to it
 
 
 def march_lanes_adaptive(
@@ -163,7 +168,7 @@ def march_adaptive(
         if x["status"][0] != FULL:
             break
         counts[module.ROWS] = 0
-        x |= _buffers(1, 2 * x["times"].shape[1], scene.u0.shape[-1], module.BALANCES, gridded)
+        x |= _buffers(1, 2 * x["times"].shape[1], x["here"].shape[1:], module.BALANCES, gridded)
     times, out, iterations = kept[0] if len(kept) == 1 else (np.concatenate(part) for part in zip(*kept, strict=True))
     status: str = STATUSES[int(x["status"][0])]
     number, made = control.tolist(), counts.tolist()
@@ -172,8 +177,10 @@ def march_adaptive(
     steps = (number[module.SMALLEST], number[module.LARGEST]) if accepted else (math.nan, math.nan)
     iterations_of, most_of = (tuple(row) for row in x["newton"][0].tolist())
     statistics = Statistics(accepted, rejected, failures, iterations_of, most_of, *steps)
-    last = partial(State, number[module.TIME], *x["here"][0].copy(), dt_next=number[module.PROPOSED])
+    names, here = scene.info.memory, x["here"][0].copy()
+    memory = dict(zip(names, memory_in(here, 3, len(names)).tolist(), strict=True))
+    last = partial(State, number[module.TIME], *here[:3], dt_next=number[module.PROPOSED], memory=memory)
     return Response(
         out[:, 0], out[:, 1], iterations[1:], status, failed, scene, scheme, math.nan, out[:, 2], times, statistics,
-        started=start, last=last,
+        started=start, last=last, memories=memory_in(out, 3, len(names)) if names else None,
     )  # fmt: skip

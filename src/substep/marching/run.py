@@ -28,7 +28,7 @@ from .adaptive import march_adaptive
 from .gained import gained
 from .linear import LinearLanes, march_linear
 from .oscillators import Oscillators
-from .scene_lanes import march_lanes, pair_kernels
+from .scene_lanes import march_lanes, memory_of, pair_kernels
 
 if TYPE_CHECKING:
     from ..derived.modules import Declaration
@@ -206,7 +206,7 @@ def _on_scene(scene: Scene, state: State) -> State:
 
 def _memory(scene: Scene, state: State | None) -> Array | None:
     """What laws remember (k,) where a run begins, None where there is none or the scene's own start."""
-    return np.array([state.memory[name] for name in scene.info.memory]) if state and scene.info.memory else None
+    return memory_of(scene, state) if state is not None and scene.info.memory else None
 
 
 def _vectors(scene: Scene, state: State | None) -> tuple[Array, Array, Array]:

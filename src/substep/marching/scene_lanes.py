@@ -14,6 +14,7 @@ from ..core.arrays import Array, copy_rows
 from ..core.kernel_modules import committed, printed
 from ..core.scenes import Scene
 from ..core.schemes import Scheme
+from ..core.state import State
 from ..core.threads import spread
 from ..run.clock import AT_ZERO, Begin
 from ..run.schemes import carried, require_acceleration
@@ -149,9 +150,14 @@ def march_lanes(
     k, out, state = len(scene.info.memory), arrays["out"], arrays["state"]
     names = "newton", "iterations", "n_done", "status"
     return Lanes(
-        out=out[:, :, :reported], memory=_of_rows(out, reported, k), state=state[:, :kept],
-        remembered=_of_rows(state, kept, k), peak=peak, **{name: arrays[name] for name in names},
+        out=out[:, :, :reported], memory=memory_in(out, reported, k), state=state[:, :kept],
+        remembered=memory_in(state, kept, k), peak=peak, **{name: arrays[name] for name in names},
     )  # fmt: skip
+
+
+def memory_of(scene: Scene, state: State) -> Array:
+    """What laws remember (k,) at a state."""
+    return np.array([state.memory[name] for name in scene.info.memory])
 
 
 def put_memory(rows: Array, first: int, memory: Array) -> None:
@@ -161,7 +167,7 @@ def put_memory(rows: Array, first: int, memory: Array) -> None:
         rows[..., first + i // d, i % d] = memory[..., i]
 
 
-def _of_rows(rows: Array, first: int, k: int) -> Array:
+def memory_in(rows: Array, first: int, k: int) -> Array:
     """What laws remember, k numbers (..., k), from rows (..., m, d), from the first on."""
     return rows[..., first:, :].reshape(*rows.shape[:-2], -1)[..., :k]
 
@@ -268,6 +274,6 @@ def _run(
             if kept.min() < rows:
                 out[np.arange(rows) >= kept[:, None]] = np.nan
             reported = len(module.REPORTED)
-            reader(chosen, out[:, :, :reported], _of_rows(out, reported, remembered))
+            reader(chosen, out[:, :, :reported], memory_in(out, reported, remembered))
 
     spread(part if reader is None else part_read, lanes, least, nanoseconds=cost * int(arrays["n"].sum()))

@@ -13,7 +13,7 @@ from ..core.scenes import Scene
 from ..core.schemes import Array, Scheme
 from ..marching.adaptive import march_lanes_adaptive
 from ..marching.run import march_oscillators
-from ..marching.scene_lanes import march_lanes
+from ..marching.scene_lanes import march_lanes, memory_in
 from ..run.clock import Control, number_of_steps
 from .sweep_plan import Results, SweepPlan
 
@@ -109,20 +109,22 @@ def _chosen(plan: SweepPlan, scene: Scene, scheme: Scheme, tol: Any, P: int) -> 
 
     def largest(lane: int, rows: Array) -> None:
         if len(rows):
-            peaks[lane] = np.fmax(peaks[lane], np.abs(rows).max(axis=0))
+            peaks[lane] = np.fmax(peaks[lane], np.abs(rows[:, :3]).max(axis=0))
 
     reader = largest if plan.keep == "peak" else None
     module, x = march_lanes_adaptive(scene, scheme, asked, P, bound=plan.bound, reader=reader)
     counts, control, status = x["counts"], x["control"], x["status"]
     if plan.keep == "peak":
-        start = scene.energy(np.zeros(P), *(np.ascontiguousarray(starts[:, k]) for k in (0, 1)))
+        memory = np.broadcast_to(scene.memory0, (P, k)) if (k := len(scene.info.memory)) else None
+        start = scene.energy(np.zeros(P), *(np.ascontiguousarray(starts[:, k]) for k in (0, 1)), memory)
         found = {f"peak_{name}": peaks[:, k] for k, name in enumerate("uva")}
         found["peak_energy"] = np.fmax(control[:, module.PEAK], start)
     else:
         out = x["out"]
         assert asked.grid is not None
         rows = {name: np.ascontiguousarray(out[:, :, k]) for k, name in enumerate("uva")}
-        rows["energy"] = scene.energy(asked.grid, rows["u"], rows["v"])
+        memory = memory_in(out, 3, len(scene.info.memory))
+        rows["energy"] = scene.energy(asked.grid, rows["u"], rows["v"], memory)
         found = {name: value[:, 0] if plan.keep == "final" else value for name, value in rows.items()}
     ended, made = control[:, module.TIME] + control[:, module.PROPOSED], counts[:, module.ACCEPTED]
     found |= {"accepted": made, "rejected": counts[:, module.REJECTED]}

@@ -212,12 +212,12 @@ def march(
 ):
     """March every lane in steps of chosen length until t_end, a failure, or full rows; call again to go on.
 
-    numbers (lanes, SCALARS); start (lanes, 3, {d}): u, v, a at t_begin; load (lanes or 1, 4), samples of a record;
+    numbers (lanes, SCALARS); start (lanes, {rows}, {d}): u, v, a at t_begin; load (lanes or 1, 4), samples of a record;
     targets (lanes or 1, n): times on which steps end, ascending, the last t_end; grid (n,): times at which rows are
     wanted, none for a row at the start and after each step. counts[:, BEGUN] = 0 begins a run. state (lanes, STATE,
-    {d}), here (lanes, 3, {d}): the state, and u, v, a, at the time control[:, TIME]; where a run has failed,
+    {d}), here (lanes, {rows}, {d}): the state, and u, v, a, at the time control[:, TIME]; where a run has failed,
     control[:, PROPOSED] is the length of the step that did. newton (lanes, 2, balances): iterations of the accepted
-    steps, their sum and the most in one. times (lanes, rows) and out (lanes, rows, 3, {d}): u, v, a; no rows for none;
+    steps, their sum and the most in one. times (lanes, rows) and out (lanes, rows, {rows}, {d}): u, v, a; no rows for none;
     iterations (lanes, rows, balances). A step is accepted if the root of the mean square of the estimated errors over
     their scales, atol + rtol*|.|, is at most 1; the scale of v has share_v times the largest |v| so far besides.
     """
