@@ -4,6 +4,7 @@ from .algebra.algebraic import Algebraic
 from .algebra.constant import Constant
 from .declare.composition import composition
 from .declare.errors import DeclarationError, InconsistentScheme
+from .declare.law import Element, Law, before, e, e_dot, elapsed
 from .declare.parameter import Family, Parameter, Root
 from .declare.published import Published
 from .declare.scene import Scene, optional, required
@@ -24,11 +25,13 @@ __all__ = [
     "Constant",
     "DeclarationError",
     "Derivation",
+    "Element",
     "Estimate",
     "Estimator",
     "Family",
     "InconsistentScheme",
     "K_t",
+    "Law",
     "M",
     "N",
     "N_discrete",
@@ -40,9 +43,13 @@ __all__ = [
     "Scene",
     "Scheme",
     "acceleration",
+    "before",
     "certify",
     "composition",
     "derive",
+    "e",
+    "e_dot",
+    "elapsed",
     "estimator",
     "f",
     "h",

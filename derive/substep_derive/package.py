@@ -4,6 +4,7 @@ from collections.abc import Iterable
 
 from .declare import schemes as catalogue
 from .declare.errors import DeclarationError
+from .declare.laws import ALL as LAWS
 from .declare.scene import Scene
 from .declare.scheme import Scheme
 from .emit.facts_module import estimators_module, facts_module
@@ -12,6 +13,7 @@ from .emit.first_use import catalogue_pair
 from .emit.formulas import formulas_module
 from .emit.index import index_module
 from .emit.interpolant_module import interpolant_module
+from .emit.law_module import law_module, laws_index
 from .emit.march_module import march_module
 from .emit.operations import operations_table
 from .emit.plan_module import plan_module
@@ -55,6 +57,8 @@ def package(schemes: Iterable[Scheme], scenes: Iterable[Scene]) -> dict[str, str
         "estimators": estimators_module(estimates(k.scheme for k in kernels.values())),
         **{f"schemes/{k.scheme.name}": _scheme(k) for k in own},
         **{f"plans/{k.scheme.name}": _plan(k.scheme) for k in own},
+        "law_index": laws_index(LAWS),
+        **{f"laws/{law.name}": law_module(law) for law in LAWS},
         **{f"scenes/{name}": scene_module(motion) for name, motion in motions.items()},
     }
     marches = {f"marches/{shape_name(shape)}": march_module(shape, sorted(shapes[shape])) for shape in sorted(shapes)}

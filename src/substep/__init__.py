@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from .core import extras
 from .core.exports import load
+from .core.laws import Law, law, laws
 from .core.loads import HalfSine, Harmonic, Record, Step
 from .core.response import Response
 from .core.scenes import Scene, scene, scenes
@@ -58,6 +59,7 @@ else:
 __all__ = [
     "HalfSine",
     "Harmonic",
+    "Law",
     "ModalDamping",
     "Modes",
     "Rayleigh",
@@ -70,6 +72,8 @@ __all__ = [
     "choose",
     "design_spectrum",
     "intensity",
+    "law",
+    "laws",
     "load",
     "march",
     "modal_damping",

@@ -11,6 +11,7 @@ from typing import Any
 from sympy import Rational
 
 from .errors import DeclarationError
+from .law import Law
 from .scene import Scene
 from .scheme import Scheme
 
@@ -25,6 +26,11 @@ def find(scheme: str | Scheme) -> Scheme:
 def find_scene(scene: str | Scene) -> Scene:
     """The scene of that name; a declaration is returned as it is. Raises DeclarationError for anything else."""
     return scene if isinstance(scene, Scene) else _named(scene, "scene", _scenes())
+
+
+def find_law(law: str | Law) -> Law:
+    """The law of that name; a declaration is returned as it is. Raises DeclarationError for anything else."""
+    return law if isinstance(law, Law) else _named(law, "law", _laws())
 
 
 def as_member(scheme: Scheme) -> tuple[str, dict[str, Rational]] | None:
@@ -48,6 +54,12 @@ def _schemes() -> Iterator[Scheme]:
 
 def _scenes() -> Iterator[Scene]:
     from .scenes import ALL  # noqa: PLC0415
+
+    return iter(ALL)
+
+
+def _laws() -> Iterator[Law]:
+    from .laws import ALL  # noqa: PLC0415
 
     return iter(ALL)
 

@@ -5,10 +5,10 @@ Raises `DeclarationError`, which names the expression at fault, for what defines
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import Any
 
-from sympy import Expr, Max, Min, Piecewise, S, Symbol, sympify
+from sympy import Dummy, Expr, Function, Integer, Max, Min, Piecewise, S, Symbol, ordered, sympify
 
 from .errors import DeclarationError
 from .names import check_law
@@ -56,6 +56,9 @@ class Law:
     reference: str = ""
 
     def __post_init__(self) -> None:
+        for name in ("force", "stored", "dissipated"):
+            object.__setattr__(self, name, _unevaluated(sympify(getattr(self, name))))
+        object.__setattr__(self, "update", {s: _unevaluated(sympify(x)) for s, x in self.update.items()})
         values = {p.symbol for p in self.parameters}
         memory = set(self.memory)
         check_law(self.name, [p.symbol for p in self.parameters], [*memory, *map(before, memory)])
@@ -86,6 +89,11 @@ class Law:
                 f"{self.name}: the {what} holds '{unknown[0]}', expected only "
                 f"{', '.join(sorted(map(str, allowed)))}; declare it or correct the name"
             )
+
+    @property
+    def start(self) -> Mapping[Symbol, Expr]:
+        """The memory before the law was ever strained."""
+        return {s: sympify(x) for s, x in self.memory.items()}
 
     @cached_property
     def trial(self) -> Expr:
@@ -138,6 +146,49 @@ class Element:
         return Element(self.law, self.elongation.subs(names, simultaneous=True), changed)
 
 
+class larger(Function):
+    """The larger of two arguments: SymPy's Max without its simplification, which takes long."""
+
+    nargs = 2
+
+
+class smaller(Function):
+    """The smaller of two arguments."""
+
+    nargs = 2
+
+
+class where_at_least(Function):
+    """Of arguments a, b, x, y: x where a >= b, else y."""
+
+    nargs = 4
+
+
+def _unevaluated(expression: Expr) -> Expr:
+    """The expression with `larger` and `smaller` in place of Max and Min."""
+    if not expression.has(Max, Min):
+        return expression
+    args = [_unevaluated(x) for x in expression.args]
+    if isinstance(expression, Max | Min):
+        return reduce(larger if isinstance(expression, Max) else smaller, ordered(args))
+    return expression.func(*args)
+
+
 def slope(expression: Expr, symbol: Symbol) -> Expr:
-    """The derivative, by branch: where Min and Max change from one argument to another, that of the later one."""
-    return expression.replace(lambda x: isinstance(x, Min | Max), lambda x: x.rewrite(Piecewise)).diff(symbol)
+    """The derivative, by branch: where arguments of Min or Max are equal, that of one of them."""
+    if symbol not in expression.free_symbols:
+        return Integer(0)
+    if not expression.has(larger, smaller, Piecewise):
+        return expression.diff(symbol)
+    if isinstance(expression, larger | smaller):
+        x, y = expression.args
+        low, high = (y, x) if isinstance(expression, larger) else (x, y)
+        return where_at_least(high, low, slope(x, symbol), slope(y, symbol))
+    if isinstance(expression, Piecewise):
+        return Piecewise(*((slope(x, symbol), condition) for x, condition in expression.args))
+    parts = [Dummy() for _ in expression.args]
+    outer = expression.func(*parts)
+    total = sum(
+        (outer.diff(part) * slope(x, symbol) for part, x in zip(parts, expression.args, strict=True)), Integer(0)
+    )
+    return total.subs(dict(zip(parts, expression.args, strict=True)), simultaneous=True)

@@ -12,6 +12,7 @@ from ..kernels.near_series import NearSeries
 from ..motion.components import SINCE
 from ..motion.effective import EffectiveSystem
 from .blocks import BLOCK_OF_LANES
+from .law_functions import law_functions
 from .one_lane import ONE_LANE, RESULTS, of_lane
 from .printing import KERNEL_PRINTER, block, docstring, fill, lines, literal_tuple, placed
 from .step_text import DT, Layout, step_text
@@ -117,6 +118,7 @@ def helpers(text: str, body: Body) -> Iterable[str]:
     if "_sinc_slope(" in text:
         yield SINC_SLOPE
     yield from map(_difference, differences)
+    yield from law_functions(text, "@_inner\n")
 
 
 def _difference(d: NearSeries) -> str:

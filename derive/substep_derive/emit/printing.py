@@ -2,7 +2,6 @@
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
-from functools import reduce
 from string import Formatter
 from textwrap import indent, wrap
 from typing import Any
@@ -70,6 +69,7 @@ class KernelPrinter(FractionPrinter):
         return f"_{type(expr).__name__}({', '.join(self._print(a) for a in expr.args)})"
 
     _print_log_cosh = _print_sinc = _print_sinc_slope = _helper
+    _print_phi_1 = _print_phi_2 = _print_bouc_wen = _print_bouc_wen_work = _print_bouc_wen_slope = _helper
 
     def _print_NaN(self, expr: Any) -> str:
         return "np.nan"
@@ -81,6 +81,16 @@ class KernelPrinter(FractionPrinter):
     def _print_abs_power(self, expr: Any) -> str:
         x, a = (self._print(e) for e in expr.args)
         return f"max(abs({x}), 1e-30)**({a})"
+
+    def _print_larger(self, expr: Any) -> str:
+        return f"max({', '.join(map(self._print, expr.args))})"
+
+    def _print_smaller(self, expr: Any) -> str:
+        return f"min({', '.join(map(self._print, expr.args))})"
+
+    def _print_where_at_least(self, expr: Any) -> str:
+        a, b, x, y = (self._print(e) for e in expr.args)
+        return f"({x} if {a} >= {b} else {y})"
 
     def _print_negative_part(self, expr: Any) -> str:
         return f"np.minimum({self._print(expr.args[0])}, 0.0)"
@@ -101,15 +111,19 @@ KERNEL_PRINTER = KernelPrinter()
 class ArrayPrinter(KernelPrinter):
     """Prints what chooses between branches for arrays."""
 
-    def _print_Max(self, expr: Any) -> str:
-        return reduce(lambda a, b: f"np.maximum({a}, {b})", map(self._print, expr.args))
+    def _print_larger(self, expr: Any) -> str:
+        return f"np.maximum({', '.join(map(self._print, expr.args))})"
 
-    def _print_Min(self, expr: Any) -> str:
-        return reduce(lambda a, b: f"np.minimum({a}, {b})", map(self._print, expr.args))
+    def _print_smaller(self, expr: Any) -> str:
+        return f"np.minimum({', '.join(map(self._print, expr.args))})"
 
     def _print_abs_power(self, expr: Any) -> str:
         x, a = (self._print(e) for e in expr.args)
         return f"np.maximum(abs({x}), 1e-30)**({a})"
+
+    def _print_where_at_least(self, expr: Any) -> str:
+        a, b, x, y = (self._print(e) for e in expr.args)
+        return f"np.where({a} >= {b}, {x}, {y})"
 
     def _print_Piecewise(self, expr: Any) -> str:
         *cases, (last, _) = expr.args

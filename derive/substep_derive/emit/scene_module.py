@@ -12,6 +12,7 @@ from ..declare.parameter import Parameter
 from ..declare.symbols import sampled, t
 from ..motion.equations import EquationsOfMotion
 from .index import domain_text, number, numpy_for
+from .law_functions import law_functions
 from .printing import ArrayPrinter, block, docstring, fill, literal_tuple, with_banner
 from .templates.scene import LOG_COSH, SCENE_FUNCTION, SCENE_HEADER, SCENES
 from .templates.scheme import BANNER
@@ -72,6 +73,7 @@ def scene_module(motion: EquationsOfMotion) -> str:
                 equations=docstring(energies_and_forces(declared)),
             ),
             helper,
+            *law_functions(body, ""),
             body,
         ]
     )

@@ -163,7 +163,7 @@ def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
     if any(e != 0 for e in rest):
         before += assign(w.components(Symbol("r")), rest)
         residual += w.components(Symbol("r"))
-    if w.motion.memory and w.size == 1:
+    if w.motion.scene.laws and w.size == 1:
         at = residual.subs(dict(mixed)).subs(dict(reached))[0]
         if (found := root(at, z[0], w)) is not None:
             elastic = w.inverse(slope + _scaled(w, per_mass, _elastic(w, stage, reach)))

@@ -7,8 +7,9 @@ that holds is found by comparing roots, without trying one branch after another.
 
 from collections.abc import Sequence
 
-from sympy import Add, Expr, Max, Min, Mul, Piecewise, S, Symbol, collect, nan
+from sympy import Add, Expr, Mul, Piecewise, S, Symbol, collect, nan
 
+from ..declare.law import larger, smaller
 from ..declare.parameter import Parameter, positive
 from ..motion.components import Writer
 
@@ -22,11 +23,12 @@ def _root(e: Expr, rest: Expr, z: Symbol, w: Writer, parameters: Sequence[Parame
     """The root of e + rest, where the rest is linear in z."""
     for term in Add.make_args(_distributed(e)):
         factors = Mul.make_args(term)
-        branching = [x for x in factors if isinstance(x, Min | Max) and x.has(z)]
+        branching = [x for x in factors if isinstance(x, larger | smaller) and x.has(z)]
         if not branching:
             continue
         factor = Mul(*(x for x in factors if x is not branching[0]))
-        if len(branching) > 1 or factor.has(z) or not positive(factor, parameters):
+        rises = positive(factor, parameters)
+        if len(branching) > 1 or factor.has(z) or not (rises or positive(-factor, parameters)):
             return None
         chosen = branching[0]
         others = _distributed(e) - term
@@ -34,12 +36,14 @@ def _root(e: Expr, rest: Expr, z: Symbol, w: Writer, parameters: Sequence[Parame
         found = [x for x in roots if x is not None]
         if len(found) < len(roots):
             return None
-        return Max(*found) if isinstance(chosen, Min) else Min(*found)
+        return (larger if isinstance(chosen, smaller) == rises else smaller)(*found)
     whole = (e + rest).expand()
     slope = whole.diff(z)
-    if slope.has(z) or not slope.free_symbols <= w.fixed:
+    if slope.has(z):
         return None
     known = whole.subs(z, 0)
+    if not slope.free_symbols <= w.fixed:  # of a law whose stiffness it remembers
+        return -w.hoist(known) / w.hoist(slope)
     known = collect(known, sorted(known.free_symbols - w.fixed, key=str))
     return -w.hoist(known) * w.constant(Piecewise((1 / slope, slope > 0), (nan, True)))
 
@@ -48,7 +52,7 @@ def _distributed(e: Expr) -> Expr:
     """The expression with products of sums that branch multiplied out."""
     terms = list[Expr]()
     for term in Add.make_args(e):
-        sums = [x for x in Mul.make_args(term) if isinstance(x, Add) and x.has(Min, Max)]
+        sums = [x for x in Mul.make_args(term) if isinstance(x, Add) and x.has(larger, smaller)]
         if not sums:
             terms.append(term)
             continue

@@ -22,7 +22,7 @@ from sympy import (
 )
 
 from ..declare.errors import DeclarationError
-from ..declare.law import elapsed
+from ..declare.law import elapsed, larger, smaller
 from ..declare.names import entry_name, python_name
 from ..declare.scheme import Scheme
 from ..declare.symbols import K0, C, K_t, M, N, N_discrete, f, h, knot_of, sampled, t
@@ -65,9 +65,8 @@ class Writer:
 
     def __post_init__(self) -> None:
         self.fixed |= set(self.scheme.values) | {p.symbol for p in self.motion.scene.parameters} | {h}
-        tangent = self.motion.tangent_at_start(list(self.components(self.began)))
-        self.K0 = tangent
         if any(e.has(K0) for e in (*self.scheme.relations.values(), *(b.inertia for b in self.scheme.balances))):
+            tangent = self.motion.tangent_at_start(list(self.components(self.began)))
             names = Matrix(self.size, self.size, lambda i, j: Symbol(entry_name("K0_", i, j)))
             entries = [(names[k], tangent[k]) for k in range(len(names)) if tangent[k] != 0]
             self.constants += entries
@@ -150,7 +149,7 @@ class Writer:
             fixed = [a for a in e.args if a.free_symbols <= self.fixed]
             moving = [self.hoist(a) for a in e.args if not a.free_symbols <= self.fixed]
             return e.func(self.constant(e.func(*fixed)) if fixed else e.func(), *moving)
-        if isinstance(e, Max | Min):
+        if isinstance(e, larger | smaller):
             return e.func(*map(self.hoist, e.args))
         return e.func(*(self.hoist(a) if a.free_symbols - self.fixed else a for a in e.args)) if e.args else e
 

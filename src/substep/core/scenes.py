@@ -16,14 +16,16 @@ from .arrays import Array, Values, by_value
 from .entries import SceneInfo
 from .errors import called_as, real_array, real_number, unknown_name
 from .kernel_modules import loaded
+from .laws import LAWS, tried
 from .loads import Load, LoadLanes, values_at
 from .units import TURN, require_angle, require_ratio
 
 if TYPE_CHECKING:
-    from ..derived.modules import SceneDeclaration
+    from ..derived.modules import LawDeclaration, SceneDeclaration
 
 SCENES: Mapping[str, Mapping[str, Any]] = loaded("scene_index").SCENES
 OF_OSCILLATOR = ("f", "T", "overdamped")  # arguments that are no parameters of the declaration
+WITH_LAW = "hysteretic_oscillator"  # takes law = a name of `laws`, or a declaration
 STRAIN_MEASURES = {"green_lagrange": "elastic_pendulum", "engineering": "elastic_pendulum_engineering"}
 
 
@@ -200,7 +202,8 @@ def scene(
     Hz, and T, s; its xi is a ratio, and one of 2 or more, where percent is likelier, needs overdamped=True. a0: the
     initial acceleration, one number for each coordinate; "consistent" takes it from the equation of motion; by default
     as the scene declares it. load: a function of time in s, for scenes that take one. elastic_pendulum also takes
-    strain = "green_lagrange" or "engineering". u0="static", where there is a u0: the displacement at which it stays at
+    strain = "green_lagrange" or "engineering", hysteretic_oscillator law = a name of `laws` or a declaration of your
+    own (`substep_derive.Law`). u0="static", where there is a u0: the displacement at which it stays at
     rest under the load at t = 0. Raises ValueError for unknown names, missing parameters and bad values,
     such as an angle beyond a turn.
 
@@ -302,6 +305,8 @@ def scene_info(name: str | SceneDeclaration, parameters: dict[str, Any]) -> Scen
             if not isinstance(measure, str) or measure not in STRAIN_MEASURES:
                 raise unknown_name("a strain measure", str(measure), STRAIN_MEASURES)
             name = STRAIN_MEASURES[measure]
+        if name == WITH_LAW and (law := parameters.pop("law", "bilinear")) != "bilinear":
+            return _with_law(law)
         return _in_catalogue(name)
     if not hasattr(name, "potential"):
         raise ValueError(
@@ -310,8 +315,23 @@ def scene_info(name: str | SceneDeclaration, parameters: dict[str, Any]) -> Scen
         )
     from ..derived.modules import own_scene_module  # noqa: PLC0415 (the one door to SymPy)
 
+    for element in name.laws.values():
+        tried(element.law)
     module = own_scene_module(name)
     return SceneInfo.of(name.name, module.ENTRY, module, name)
+
+
+def _with_law(law: str | LawDeclaration) -> SceneInfo:
+    """The oscillator with another law, by name or of the user's own; derived if it is not in the cache."""
+    if isinstance(law, str) and law not in LAWS:
+        raise unknown_name("a law", law, LAWS)
+    from ..derived.modules import oscillator_with, own_scene_module  # noqa: PLC0415 (the one door to SymPy)
+
+    declaration = oscillator_with(law)
+    if not isinstance(law, str):
+        tried(law)
+    module = own_scene_module(declaration)
+    return SceneInfo.of(declaration.name, module.ENTRY, module, declaration)
 
 
 @cache

@@ -5,6 +5,7 @@ For what the catalogue names, SymPy and its declarations are imported only where
 
 from collections.abc import Mapping
 from fractions import Fraction
+from functools import cache
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
     Declaration = substep_derive.Scheme
     SceneDeclaration = substep_derive.Scene
+    LawDeclaration = substep_derive.Law
 
 
 def own_scheme_module(declaration: "Declaration") -> ModuleType:
@@ -50,6 +52,23 @@ def own_scene_module(declaration: "SceneDeclaration") -> ModuleType:
     from substep_derive.emit.first_use import own_scene  # noqa: PLC0415
 
     return cached_module(scene_digest(declaration), lambda: own_scene(declaration))
+
+
+def own_law_module(declaration: "LawDeclaration") -> ModuleType:
+    """The module of a declared law: from the cache, or derived and kept there."""
+    from substep_derive.declare.digest import law_digest  # noqa: PLC0415
+    from substep_derive.emit.law_module import law_module  # noqa: PLC0415
+
+    return cached_module(f"law {law_digest(declaration)}", lambda: law_module(declaration))
+
+
+@cache
+def oscillator_with(law: "str | LawDeclaration") -> "SceneDeclaration":
+    """The declaration of the oscillator of unit mass with a law. Raises DeclarationError for an unknown one."""
+    from substep_derive.declare.catalogue import find_law  # noqa: PLC0415
+    from substep_derive.declare.scenes.hysteretic import hysteretic_oscillator  # noqa: PLC0415
+
+    return hysteretic_oscillator(find_law(law))
 
 
 def uncommitted_pair(scheme: "str | Declaration", scene: "str | SceneDeclaration") -> ModuleType:

@@ -1,5 +1,5 @@
-"""Declarations of laws with memory, one kind a file; ALL holds them in the order in which they are listed."""
+"""Declarations of laws, one kind a file; ALL holds them in the order in which they are listed."""
 
-from . import plastic
+from . import elastic, plastic, smooth, viscous
 
-ALL = (*plastic.ALL,)
+ALL = (*elastic.ALL, *plastic.ALL, *smooth.ALL, *viscous.ALL)

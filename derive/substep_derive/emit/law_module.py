@@ -1,0 +1,81 @@
+"""Law -> text of its module: a kernel over springs, which structures call and in which a declaration is tried."""
+
+from collections.abc import Iterable
+
+from sympy import Expr, Symbol
+
+from ..declare.digest import law_digest
+from ..declare.law import Law, e, e_dot, slope
+from ..declare.names import printed
+from .index import domain_text, number
+from .law_functions import law_functions
+from .printing import KernelPrinter, block, docstring, fill, literal_tuple, placed, with_banner
+from .templates.decorators import COMPILE_AND_INNER
+from .templates.law import EVALUATE, LAW, LAWS, UNSTRAINED
+from .templates.scheme import BANNER
+
+DISSIPATED = Symbol("dissipated")
+
+
+def law_module(law: Law) -> str:
+    """Text of generated/substep_kernels/laws/<name>.py."""
+    parameters = {p.symbol: printed(p.symbol) for p in law.parameters}
+    keeps = [*law.memory, *([DISSIPATED] if law.dissipated != 0 else [])]
+    outputs: list[tuple[str, Expr]] = [
+        ("force[i]", law.trial),
+        ("tangent[i]", slope(law.trial, e)),
+        ("damping[i]", law.trial.diff(e_dot)),
+        *((f"new[i, {k}]", law.update[s]) for k, s in enumerate(law.memory)),
+    ]
+    if law.dissipated != 0:
+        outputs.append((f"new[i, {len(law.memory)}]", DISSIPATED + law.lost))
+    outputs.append(("stored[i]", law.stored.subs(dict(law.update), simultaneous=True)))
+    used = {s for _, x in outputs for s in x.free_symbols}
+    names = {s.name: printed(s).name for s in (*parameters, *keeps, e, e_dot)}  # as no name of the kernel's own
+    w = KernelPrinter(names)
+    places = [(s, f"parameters[i, {k}]") for k, s in enumerate(parameters)]
+    places += [(s, f"memory[i, {k}]") for k, s in enumerate(keeps)] + [(e, "e[i]"), (e_dot, "e_dot[i]")]
+    body = fill(
+        EVALUATE,
+        read=placed((f"{names[s.name]} = {place}" for s, place in places if s in used), 2),
+        body=block(outputs, 2, w)[0],
+    )
+    start = fill(
+        UNSTRAINED,
+        arguments=", ".join(x.name for x in parameters.values()),
+        values=literal_tuple(number(x) for x in _start(law, parameters)),
+    )
+    text = "".join([start, body])
+    header = fill(
+        LAW,
+        name=law.name,
+        reference=docstring(law.reference + "."),
+        equations=docstring(_equations(law)),
+        parameters=literal_tuple(
+            f'("{p.name}", {domain_text(p)}, {None if p.default is None else float(p.default)})' for p in law.parameters
+        ),
+        memory=literal_tuple(f'"{s}"' for s in keeps),
+        of_rate=law.of_rate,
+    )
+    banner = fill(BANNER, source=f"the declaration of {law.name} in substep_derive.laws", digest=law_digest(law))
+    return "".join([banner, header, COMPILE_AND_INNER, *law_functions(text, "@_inner\n"), text])
+
+
+def _start(law: Law, parameters: dict[Symbol, Symbol]) -> list[Expr]:
+    found = [x.subs(parameters, simultaneous=True) for x in law.start.values()]
+    return [*found, *([0 * e] if law.dissipated != 0 else [])]
+
+
+def _equations(law: Law) -> str:
+    """The declaration, for the module's docstring."""
+    rows = [f"    force: {law.force}"]
+    rows += [f"    memory {s}: {law.start[s]}, then {law.update[s]}" for s in law.memory]
+    rows += [f"    stored energy: {law.stored}"] + (
+        [f"    dissipated: {law.dissipated}"] if law.dissipated != 0 else []
+    )
+    return "\n".join(rows)
+
+
+def laws_index(laws: Iterable[Law]) -> str:
+    """Text of generated/substep_kernels/law_index.py."""
+    return with_banner("substep_derive.laws", fill(LAWS, laws=literal_tuple(f'"{law.name}"' for law in laws)))
