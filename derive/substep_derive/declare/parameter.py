@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
-from sympy import factor as factored
 from sympy import (
     QQ,
     CoercionFailed,
@@ -20,6 +19,7 @@ from sympy import (
     together,
     true,
 )
+from sympy import factor as factored
 
 from ..algebra.algebraic import Algebraic, RealRoot, irreducible, real_roots
 from .errors import DeclarationError

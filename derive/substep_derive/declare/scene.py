@@ -41,8 +41,9 @@ class Scene:
     force as a function of t, or of `sampled`, which stands for a load that the user gives.
     start: coordinate and rate -> value at t = 0; acceleration(coordinate) -> value where it is given
     rather than consistent with the equation of motion. length: the length to which Newton's tolerance is
-    relative. laws: name -> a force with memory over an elongation. outputs: name -> expression in coordinates and invariants. energy_scale: the energy to which
-    errors are relative in a scene that starts without energy. reference: where the scene is from.
+    relative. laws: name -> a force with memory over an elongation. outputs: name -> expression in coordinates and
+    invariants. energy_scale: the energy to which errors are relative in a scene that starts without energy.
+    reference: where the scene is from.
     """
 
     name: str
@@ -136,7 +137,7 @@ class Scene:
 
     @property
     def memory_of(self) -> Mapping[str, Mapping[Symbol, Symbol]]:
-        """For each law the symbols of its memory -> those of the scene, with the law's name before them if there are more."""
+        """For each law the symbols of its memory -> those of the scene: after the law's name if there are more."""
         several = len(self.laws) > 1
         return {
             name: {s: Symbol(f"{name}_{s.name}") if several else s for s in element.law.memory}

@@ -120,7 +120,8 @@ class _Writer:
         p = self.p
         load = f"_load(load, samples, middle, {t})" if p.acceleration.has(Symbol("load")) else "0.0"
         given = (self.w.doprint(s) for s in self.body.parameters(p.acceleration))
-        return f"{', '.join(targets)} = _acceleration({', '.join([*given, t, load, *u, *v, *(self.memory[0] if memory is None else memory)])})"
+        remembered = self.memory[0] if memory is None else memory
+        return f"{', '.join(targets)} = _acceleration({', '.join([*given, t, load, *u, *v, *remembered])})"
 
     def acceleration_at_end(self, targets: Iterable[str]) -> str:
         """The line that computes it at the end of a step."""
@@ -194,7 +195,7 @@ class _Writer:
 
     @property
     def _here(self) -> list[tuple[str, str]]:
-        """The places of u, v, a and what laws remember in `here`, and the names that hold them once a step has ended."""
+        """The places of u, v, a and what laws remember in `here`, and the names that hold them after a step."""
         return [
             *self.old_back,
             *((f"here[{at}]", name) for at, name in zip(self.remembered_at, self.memory[0], strict=True)),

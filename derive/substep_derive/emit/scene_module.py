@@ -17,7 +17,6 @@ from .printing import ArrayPrinter, block, docstring, fill, literal_tuple, with_
 from .templates.scene import LOG_COSH, SCENE_FUNCTION, SCENE_HEADER, SCENES
 from .templates.scheme import BANNER
 
-
 COMMIT = "What laws remember once it is committed at a displacement, `elapsed` s after that given."
 
 

@@ -36,10 +36,10 @@ class Body:
 
     constants: assignments made once a run, in order. prior: assignments before the first balance. shift: component
     of the state -> its successor, oldest first. report: components of u, v and, where the scheme has its own, a at
-    t_n + h; reported: the assignments that compute them. memory: what laws remember at t_n -> the same at t_n + h, which last_commit
-    assigns. energy: that of the reported u, v. stencil: instants of the
-    load, in steps after t_n. start: None where another scheme marches first. errors: components of the estimated local
-    errors, where they were asked for.
+    t_n + h; reported: the assignments that compute them. memory: what laws remember at t_n -> the same at t_n + h, of
+    which last_commit has the assignments. energy: that of the reported u, v. stencil: instants of the load, in steps
+    after t_n. start: None where another scheme marches first. errors: components of the estimated local errors, where
+    they were asked for.
     """
 
     scheme: Scheme
@@ -126,8 +126,8 @@ class Body:
         estimates = tuple(w.hoisted(e) for e in estimates)
         start = _start(scheme, motion) if scheme.start_scheme is None else None
         made = cls(
-            scheme, motion, w.constants, known, tuple(steps), [*shift, *memory], assigned, tuple(report), memory, last_commit, energy,
-            stencil, start, estimates,
+            scheme, motion, w.constants, known, tuple(steps), [*shift, *memory], assigned, tuple(report), memory,
+            last_commit, energy, stencil, start, estimates,
         )  # fmt: skip
         counted = any(e.has(STEPS[0]) for e in made.expressions)
         return replace(made, prior=[STEPS, *known]) if counted else made
@@ -254,7 +254,7 @@ class Body:
         return [] if self.last_commit else self.reported
 
     def laid(self, numbers: Sequence[Any], first: int) -> list[tuple[Any, str]]:
-        """Numbers laid in rows of as many columns as there are coordinates, from the first on, and the place of each."""
+        """Numbers, and the place of each in rows of as many columns as there are coordinates, from the first on."""
         d = len(self.motion.coordinates)
         return [(e, f"{first + k // d}, {k % d}") for k, e in enumerate(numbers)]
 

@@ -1,4 +1,4 @@
-"""The root of a balance whose force is piecewise linear, in closed form: each branch's own linear solve, and which holds.
+"""The root of a balance whose force is piecewise linear, in closed form: a linear solve for each branch.
 
 A force of Min and Max of linear functions of the unknown z gives a residual of that kind. Where every branch of the
 residual increases with z, the root of Min(f, g) is the larger of both roots, that of Max(f, g) the smaller: the branch

@@ -31,8 +31,8 @@ class EstimatedBody:
     u, of v need the step before. lag: the power of h with which a_0 differs from the motion's own acceleration; None
     where it does not. halved: the same step, of which two of half the length are made; None where no estimate needs
     them. acceleration: from the equation of motion, in components of u, v named without a knot, t and the load.
-    between: the interpolant, for one coordinate of a step. remembered: what laws remember in the step, in components of u
-    named without a knot and `elapsed`; elongations: those of the laws and their rates, named so too.
+    between: the interpolant, for one coordinate of a step. remembered: what laws remember in the step, in components of
+    u named without a knot and `elapsed`; elongations: those of the laws and their rates, named so too.
     """
 
     body: Body

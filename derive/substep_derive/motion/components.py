@@ -7,8 +7,6 @@ from sympy import (
     Dummy,
     Expr,
     Matrix,
-    Max,
-    Min,
     Mul,
     Piecewise,
     Symbol,

@@ -79,7 +79,7 @@ class Law:
         return Evaluated(force, tangent, damping, new, stored)
 
     def loop(self, e: ArrayLike) -> tuple[Array, Array]:
-        """Force (m,) and memory (m, k) of one spring over a path of elongations (m,), each committed: a loop to draw."""
+        """Force (m,) and memory (m, k) of one spring, committed at each of the elongations (m,): a loop to draw."""
         memory, forces, kept = self.unstrained(), list[float](), list[Array]()
         for x in np.atleast_1d(np.asarray(e, dtype=float)):
             found = self.evaluate([x], memory=memory)
@@ -183,14 +183,14 @@ def _require_same(law: Law, what: str, one: Array, again: Array, e: Array) -> No
     if not (worst <= ROUNDING).all():
         i = int(np.nanargmax(worst.max(axis=1))) if np.isfinite(worst).any() else 0
         raise ValueError(
-            f"{law.name}: expected an update that commits to itself, so that with the same e once more nothing changes, "
+            f"{law.name}: expected an update that commits to itself: with the same e once more nothing changes, "
             f"got another {what} at e = {e[i]:.6g}: {one[i]} then {again[i]}; write the new memory as a function of e "
             "that is already there where e is"
         )
 
 
 def _require_continuous(law: Law, e: Array, new: Array, memory: Array, elapsed: float) -> None:
-    """Each path in parts, of each the half in which the force changes more, many times: what is left of it is a jump."""
+    """Of each path the half in which the force changes more, many times: what is left of the change is a jump."""
     low, high = e.copy(), new.copy()
     before, after = (law.evaluate(x, 0.0, memory, elapsed).force for x in (low, high))
     scale = np.abs(before) + np.abs(after)

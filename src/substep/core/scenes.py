@@ -94,7 +94,7 @@ class Scene:
 
     @property
     def memory0(self) -> Array:
-        """What its laws remember (k,) at t = 0: committed at u0, to which they were strained at once; of lanes (P, k)."""
+        """What its laws remember (k,), of lanes (P, k), at t = 0: committed at u0, to which they were strained."""
         assert self.info.unstrained is not None
         before = _joined(self.info.unstrained(*self.parameters.values()), self.u0.shape[:-1])
         return self.committed(self.u0, before)

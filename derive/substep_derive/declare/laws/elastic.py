@@ -21,7 +21,7 @@ multilinear = Law(
     parameters=(required(k), required(e_1), required(k_2), required(e_2), required(k_3)),
     force=k_3 * e + (k - k_2) * first + (k_2 - k_3) * second,
     stored=k_3 * e**2 / 2 + (k - k_2) * (first * e - first**2 / 2) + (k_2 - k_3) * (second * e - second**2 / 2),
-    reference="elastic, with the stiffness k up to the elongation e_1, k_2 up to e_2 and k_3 beyond, in both directions",
+    reference="elastic: the stiffness k up to the elongation e_1, k_2 up to e_2 and k_3 beyond, in both directions",
 )
 
 ALL = (linear, multilinear)

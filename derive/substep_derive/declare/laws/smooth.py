@@ -3,7 +3,7 @@
 from sympy import Interval, Rational, Symbol, oo
 
 from ..law import Law, before, e
-from ..scene import POSITIVE, optional, required
+from ..scene import optional, required
 from .functions import bouc_wen, bouc_wen_work
 
 k, q_y, alpha, z, e_0 = (Symbol(name) for name in ("k", "q_y", "alpha", "z", "e_0"))

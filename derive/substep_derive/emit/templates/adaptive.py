@@ -217,9 +217,10 @@ def march(
     wanted, none for a row at the start and after each step. counts[:, BEGUN] = 0 begins a run. state (lanes, STATE,
     {d}), here (lanes, {rows}, {d}): the state, and u, v, a, at the time control[:, TIME]; where a run has failed,
     control[:, PROPOSED] is the length of the step that did. newton (lanes, 2, balances): iterations of the accepted
-    steps, their sum and the most in one. times (lanes, rows) and out (lanes, rows, {rows}, {d}): u, v, a; no rows for none;
-    iterations (lanes, rows, balances). A step is accepted if the root of the mean square of the estimated errors over
-    their scales, atol + rtol*|.|, is at most 1; the scale of v has share_v times the largest |v| so far besides.
+    steps, their sum and the most in one. times (lanes, rows) and out (lanes, rows, {rows}, {d}): u, v, a, and what laws
+    remember; no rows for none; iterations (lanes, rows, balances). A step is accepted if the root of the mean square of
+    the estimated errors over their scales, atol + rtol*|.|, is at most 1; the scale of v has share_v times the largest
+    |v| so far besides.
     """
     for k in range(numbers.shape[0]):
         status[k] = _lane(

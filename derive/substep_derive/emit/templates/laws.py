@@ -20,7 +20,7 @@ PHI_2 = '''
     return total
 '''
 
-# A Bouc-Wen law is integrated along a path by two motions of y = sign(dx) z >= 0, both with dy/dx = A - c y^n: down to 0,
+# A Bouc-Wen law is integrated along a path by two motions of y = sign(dx) z >= 0, both with dy/dx = A - c y^n: to 0,
 # where y was negative, c = gamma - beta, and then up, c = beta + gamma. For n = 1 and 2 they are elementary.
 BOUC_WEN = '''
 
@@ -48,7 +48,7 @@ BOUC_WEN = '''
 
 
 {decorator}def _moved(y, x, A, c, n):
-    """y after dy/dx = A - c y^n over x, and the integral of y; x may be negative, as far as y stays between 0 and top."""
+    """y after dy/dx = A - c y^n over x, and the integral of y; x may be negative, as far as y stays above 0."""
     if c == 0.0:
         return y + A * x, (y + 0.5 * A * x) * x
     if n == 1.0:
