@@ -1,7 +1,7 @@
 """Steps of a scheme on a structure: its plan with numbers, its start, and the loads at its instants."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -10,12 +10,11 @@ from ...core.arrays import Array
 from ...core.loads import Load, values_at
 from ...core.schemes import Scheme
 from ...run.clock import AT_ZERO, Begin
-from ...run.schemes import carried, require_acceleration
 from ..model.model import Model
 from ..solvers.combine import combined
 from .linear import Factors, LinearSystem
 from .newton import Iteration, NonlinearSystem, Tangent
-from .scheme_plan import Steps, System, start_of, step_of
+from .scheme_plan import Steps, System, start_of
 from .velocity import Watch
 
 BLOCK = 256  # steps for which the loads are sampled at once
@@ -168,44 +167,6 @@ class Run:
             return NonlinearSystem(self.structure, system, self.structure.internal, self.iteration)
         return LinearSystem.of(self.structure.at_start, system, last, self.factors, f"a step of {self.scheme.name}")
 
-    def marched(
-        self, n: int, state: Array | None = None, done: int = 0, tangents: Sequence[Tangent | None] = ()
-    ) -> Iterator[tuple[Array, StructureSteps]]:
-        """X (V, n), complete, of each step after the first `done` of n, and of what: steps.report @ X are u, v, a.
-
-        X is written anew in every step. state: that after `done` steps, by default the start; tangents: those that were
-        kept then. Where another scheme marches the first steps, those are its own. Raises NewtonFailed.
-        """
-        state = self.begin.rows if state is None else state
-        if state is None and self.scheme.starter is not None:
-            history = [self.given]
-            require_acceleration(
-                self.scheme, *(len(step_of(one, self.h).report) for one in (self.scheme, self.scheme.starter))
-            )
-            starter = replace(self, scheme=self.scheme.starter)
-            for X, march in starter.marched(min(self.scheme.starting_steps, n)):
-                history.append(self._with_acceleration(combined(march.steps.report, X), self.time(len(history))))
-                yield X, march
-            if (done := len(history) - 1) == n:
-                return
-            state = carried(self.scheme.history, done, lambda k, kind: history[k][kind])
-        march = self.prepared(step_of(self.scheme, self.h))
-        for solver, tangent in zip(march.systems, tangents, strict=False):
-            if tangent is not None and isinstance(solver, NonlinearSystem):
-                solver.keep(tangent)
-        X, after = self.room(march.steps), self.room(march.steps)
-        march.begin(X, self._started() if state is None else state)
-        for first in range(done, n, BLOCK):
-            count = min(BLOCK, n - first)
-            loads = march.loads(first, count)
-            for i in range(count):
-                times = march.times(first + i)
-                march.complete(X, [rows[i] for rows in loads], times, advanced=first + i > done)
-                march.look(X, times)
-                yield X, march
-                march.advance(X, after)
-                X, after = after, X
-
     @property
     def given(self) -> Array:
         """u, v, a where the steps begin, (3, n) or (3, n, L)."""
@@ -221,7 +182,7 @@ class Run:
         """Memory for the vectors of a step, (V, n) or (V, n, L)."""
         return np.empty((steps.vectors, self.structure.size, *([len(self.cases)] if self.cases else [])))
 
-    def _started(self) -> Array:
+    def started(self) -> Array:
         """The state at the start of a scheme that starts by itself."""
         if self.scheme.info.start == "given":
             return self.given[[kind for kind, _ in self.scheme.history]]
@@ -231,7 +192,7 @@ class Run:
         start.complete(X, [rows[0] for rows in start.loads(0, 1)], start.times(0))
         return combined(start.steps.out, X)
 
-    def _with_acceleration(self, row: Array, t: float) -> Array:
+    def with_acceleration(self, row: Array, t: float) -> Array:
         """u, v, a (3, n) of a row that may lack a."""
         if len(row) == 3:
             return row

@@ -1,0 +1,70 @@
+"""Steps of a structure that are all of one length: each counts as it comes."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from ...core.arrays import Array
+from ...core.response import Status
+from ...run.schemes import carried, require_acceleration
+from ..solvers.combine import combined
+from .newton import NonlinearSystem, Tangent
+from .scheme_plan import step_of
+from .steps import BLOCK, Run
+from .time_loop import Trial
+
+
+class FixedSteps:
+    """The clock of n steps of run.h, of which `done` were made before; march.steps.report @ X of a step are u, v, a.
+
+    state (S, n): after those, by default where the run begins; tangents: that systems kept there. Where another scheme
+    marches the first steps, those are its own.
+    """
+
+    unit = "steps"
+
+    def __init__(
+        self, run: Run, n: int, done: int = 0, state: Array | None = None, tangents: Sequence[Tangent | None] = ()
+    ) -> None:
+        self.run, self.total, self.done, self.tangents = run, n, done, tangents
+        self.state = run.begin.rows if state is None else state
+        self.status: Status = "completed"
+
+    def trials(self) -> Iterator[Trial]:
+        """The steps. Raises ValueError for a singular effective matrix."""
+        run, scheme, done, state = self.run, self.run.scheme, self.done, self.state
+        if state is None and scheme.starter is not None:
+            history = [run.given]
+            require_acceleration(scheme, *(len(step_of(one, run.h).report) for one in (scheme, scheme.starter)))
+            starting = FixedSteps(replace(run, scheme=scheme.starter), min(scheme.starting_steps, self.total))
+            for step in starting.trials():
+                yield step
+                if self.status != "completed":
+                    return
+                history.append(run.with_acceleration(combined(step.march.steps.report, step.X), step.t))
+            if (done := starting.total) == self.total:
+                return
+            state = carried(scheme.history, done, lambda k, kind: history[k][kind])
+        march = run.prepared(step_of(scheme, run.h))
+        for solver, tangent in zip(march.systems, self.tangents, strict=False):
+            if tangent is not None and isinstance(solver, NonlinearSystem):
+                solver.keep(tangent)
+        X, after = run.room(march.steps), run.room(march.steps)
+        march.begin(X, run.started() if state is None else state)
+        for first in range(done, self.total, BLOCK):
+            loads = march.loads(first, min(BLOCK, self.total - first))
+            for n, rows in enumerate(zip(*loads, strict=True), first):
+                yield Trial(march, X, rows, march.times(n), run.time(n + 1), run.h, n > done)
+                if self.status != "completed":
+                    return
+                march.advance(X, after)
+                X, after = after, X
+
+    def accepted(self, step: Trial) -> bool:
+        """Always."""
+        step.march.look(step.X, step.times)
+        self.done += 1
+        return True
+
+    def failed(self, step: Trial) -> None:
+        """End the march."""
+        self.status = "newton_failed"
