@@ -3,14 +3,18 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from ...core.arrays import Array
 from ...core.response import Status
 from ...run.schemes import carried, require_acceleration
 from ..solvers.combine import combined
 from .newton import NonlinearSystem, Tangent
 from .scheme_plan import step_of
-from .steps import BLOCK, Run
+from .steps import Run
 from .time_loop import Trial
+
+BLOCK = 256  # steps for which the loads are sampled at once
 
 
 class FixedSteps:
@@ -51,9 +55,11 @@ class FixedSteps:
         X, after = run.room(march.steps), run.room(march.steps)
         march.begin(X, run.started() if state is None else state)
         for first in range(done, self.total, BLOCK):
-            loads = march.loads(first, min(BLOCK, self.total - first))
-            for n, rows in enumerate(zip(*loads, strict=True), first):
-                yield Trial(march, X, rows, march.times(n), run.time(n + 1), run.h, n > done)
+            count = min(BLOCK, self.total - first)
+            loads, times = march.loads(first, count), march.times(first, count)
+            ends = run.time(np.arange(first, first + count) + 1).tolist()
+            for n, (*rows, at, end) in enumerate(zip(*loads, times, ends, strict=True), first):
+                yield Trial(march, X, rows, at, end, run.h, n > done)
                 if self.status != "completed":
                     return
                 march.advance(X, after)

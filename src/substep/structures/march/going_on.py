@@ -79,10 +79,7 @@ def _state(
 ) -> State:
     """The state with u, v and, where the scheme has its own, a, and what the scheme carries, if it is under way."""
     u, v, *a = (structure.T @ x for x in motion)
-    here = State(
-        steps.time(done), u, v, a[0] if a else None, dt=steps.dt, steps=steps.begin.first + done,
-        origin=steps.begin.origin,
-    )  # fmt: skip
+    here = steps.state(done, u, v, a[0] if a else None)
     if rows is None:
         return here
     more = {f"tangent {k} at": x.at for k, x in enumerate(tangents) if x is not None}

@@ -18,13 +18,14 @@ from ..model.model import Model
 from ..solvers.combine import combined
 from ..solvers.matrices import is_identity
 from .energies import Energies, accounted, held_at_start
+from .fixed_steps import BLOCK
 from .going_on import stands
 from .newton import Tangent
 from .response import Account, StructureResponse
 from .saved import Saved, described
 from .scheme_plan import step_of
 from .step_control import ChosenSteps
-from .steps import BLOCK, Run
+from .steps import Run
 from .time_loop import Trial
 
 
@@ -40,7 +41,7 @@ class Kept:
         self.run, self.dofs, self.started = run, dofs, started
         self.places = [s.place(dof) for dof in dofs]
         self.select = selection(s, self.places)
-        self.kinds = 3 if len(step_of(run.scheme, run.h).report) == 3 else 2
+        self.kinds = len(step_of(run.scheme, run.h).report)
         self.energies = Energies.at_start(s, run.given[:2], run.time(0)) if account else None
         self.accounts = [] if self.energies is None else [self.energies.row]
 
@@ -148,11 +149,9 @@ class Histories(Kept):
         first, values = self.sampled
         if not first < done <= first + len(values):
             first = done - 1
-            steps = np.arange(done, min(first + BLOCK, self.asked.n) + 1, dtype=np.float64)
-            at = self.run.structure.load_values
-            first_step, origin = self.run.begin.first, self.run.begin.origin
-            ends, halves = (origin + (first_step + n) * self.run.h for n in (steps, steps - 0.5))
-            values = np.stack([at(ends), at(halves)], axis=1)
+            steps = np.arange(done, min(first + BLOCK, self.asked.n) + 1)
+            ends_and_halves = (self.run.time(n) for n in (steps, steps - 0.5))
+            values = np.stack([self.run.structure.load_values(t) for t in ends_and_halves], axis=1)
             self.sampled = first, values
         end, half = values[done - first - 1]
         return end, half

@@ -54,9 +54,7 @@ class Forces:
 
     def acceleration(self, t: float, middle: float, u: Array, v: Array) -> Array:
         """From the equation of motion (n,), with the load on the side of `middle`."""
-        s = self.structure
-        right = self.vector(t, middle) - s.restoring(t, u, v)
-        return s.solve_mass(right - s.damping @ v if s.C is not None else right)
+        return self.structure.acceleration(t, u, v, self.vector(t, middle))
 
     def over(self, march: StructureSteps, t: float, middle: float) -> tuple[list[Array], list[float]]:
         """Of each system of a step from t, what `StructureSteps.complete` takes: the loads (J,), and their instant."""

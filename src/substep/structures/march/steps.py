@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -16,8 +17,6 @@ from .linear import Factors, LinearSystem
 from .newton import Iteration, NonlinearSystem, Tangent
 from .scheme_plan import Steps, System, start_of
 from .velocity import Watch
-
-BLOCK = 256  # steps for which the loads are sampled at once
 
 
 @dataclass(frozen=True)
@@ -35,15 +34,14 @@ class StructureSteps:
 
     def loads(self, first: int, count: int) -> list[Array]:
         """For each system the sum of w g(t_n + tau h), (count, J), for the J loads and the steps n from `first` on."""
-        origin, first = self.run.begin.origin, self.run.begin.first + first
-        n = np.arange(first, first + count, dtype=np.float64)
-        functions = [g for _, g in self.run.loads]
+        run, n = self.run, np.arange(first, first + count)
+        functions = [g for _, g in run.loads]
         found = []
         for system in self.steps.systems:
             total = np.zeros((count, len(functions)))
             for w, tau in system.loads:
                 for j, g in enumerate(functions):
-                    total[:, j] += w * values_at(g, origin + (n + tau) * self.run.h)
+                    total[:, j] += w * values_at(g, run.begin.time(run.h, n, tau))
             found.append(total)
         return found
 
@@ -95,10 +93,11 @@ class StructureSteps:
                 self.watch.look(t, u, combined(self.steps.report[1:2], X)[0] if v is None else v)
                 return
 
-    def times(self, n: int) -> list[float]:
-        """The mean instant of the loads of each system in step n of constant length."""
-        run, n = self.run, self.run.begin.first + n  # first the whole number, to round as a run that is not broken
-        return [run.begin.origin + (n + system.instant) * run.h for system in self.steps.systems]
+    def times(self, first: int, count: int) -> list[list[float]]:
+        """For each of the steps from `first` on, all of one length, the mean instant of the loads of each system."""
+        run, n = self.run, np.arange(first, first + count)
+        found = [run.begin.time(run.h, n, system.instant) for system in self.steps.systems]
+        return np.column_stack(found).tolist()
 
     @property
     def tangents(self) -> list[Tangent | None]:
@@ -129,9 +128,9 @@ class Run:
     begin: Begin = AT_ZERO
     start: Array | None = None
 
-    def time(self, steps: float) -> float:
-        """The time after so many steps, s."""
-        return self.begin.origin + (self.begin.first + steps) * self.h
+    def time(self, steps: Any) -> Any:
+        """The time after so many steps, s, a number or an array."""
+        return self.begin.time(self.h, steps)
 
     @cached_property
     def loads(self) -> tuple[tuple[Array, Load], ...]:
@@ -189,7 +188,7 @@ class Run:
         start = self.prepared(start_of(self.scheme, self.h))
         X = self.room(start.steps)
         start.begin(X, self.given)
-        start.complete(X, [rows[0] for rows in start.loads(0, 1)], start.times(0))
+        start.complete(X, [rows[0] for rows in start.loads(0, 1)], start.times(0, 1)[0])
         return combined(start.steps.out, X)
 
     def with_acceleration(self, row: Array, t: float) -> Array:
