@@ -25,7 +25,7 @@ from ..structures.march.histories import selection
 from ..structures.march.refusals import require_definite_mass, require_suited
 from ..structures.march.scheme_plan import step_of
 from ..structures.march.steps import Run
-from ..structures.march.time_loop import steps_of
+from ..structures.march.time_loop import steps_taken
 from ..structures.model.given import Dof, loads_of
 from ..structures.solvers.combine import combined
 from ..structures.structure import Structure, damping_of
@@ -196,7 +196,7 @@ def _marched(run: Run, n: int, plan: StructurePlan) -> tuple[Array, Any]:
         rows[0] = row
     clock = FixedSteps(run, n)
     with np.errstate(all="ignore"):
-        for done, (march, X, *_) in enumerate(steps_of(clock), 1):
+        for done, (march, X, *_) in enumerate(steps_taken(clock), 1):
             if done == n:
                 size = combined(march.steps.report[:1], X)[0].sum(axis=0)
                 status = np.where(np.isfinite(size), COMPLETED, OVERFLOWED)

@@ -69,14 +69,15 @@ class Histories(Kept):
         super().__init__(run, dofs, account, started)
         self.asked, self.stride, self.done = asked, asked.stride, 0
         self.sampled = 0, np.empty((0, 2, 0))
+        shape = (asked.n // self.stride + 1, self.kinds, len(dofs))
+        if save is None:
+            require_memory(shape, "keep fewer dofs, a longer stride, or save= to a folder")
         self.iterations = np.zeros((asked.n, run.scheme.balances), np.int64)
         self.state: Array | None = None
         self.last: Trial | None = None
         self.tangents: list[Tangent | None] = []
-        shape = (asked.n // self.stride + 1, self.kinds, len(dofs))
         self.saved = None
         if save is None:
-            require_memory(shape, "keep fewer dofs, a longer stride, or save= to a folder")
             self.rows = np.empty(shape)
         else:
             choices = {"dofs": self.places, "stride": self.stride, "account": account}
@@ -109,12 +110,12 @@ class Histories(Kept):
         """How many rows there are."""
         return self.done // self.stride + 1
 
-    def response(self, status: Status, *, whole: bool = True) -> StructureResponse:
-        """The rows so far, and how the march ended; whole: whether the last step is still there as a whole."""
+    def response(self, status: Status) -> StructureResponse:
+        """The rows so far, and how the march ended."""
         run, asked = self.run, self.asked
         self._checkpoint()
         u, v, *a = self._read()
-        last = stands(self.last.X, self.last.march, run, self.done, asked) if whole and self.last is not None else None
+        last = None if self.last is None else stands(self.last, run, self.done, asked, self.tangents)
         return StructureResponse(
             u, v, self.iterations[: self.done], status, None if status == "completed" else asked.time(self.done + 1),
             run.structure, run.scheme, self.stride * run.h, a[0] if a else None, asked.times(self.kept),
@@ -198,8 +199,8 @@ class ChosenHistories(Kept):
         self.lengths.append(step.h)
         self.counts.append(step.march.counts)
 
-    def response(self, status: Status, *, whole: bool = True) -> StructureResponse:
-        """The rows so far, and how the march ended; the clock knows where it stands in any case."""
+    def response(self, status: Status) -> StructureResponse:
+        """The rows so far, and how the march ended."""
         run, clock, rows = self.run, self.clock, np.array(self.rows)
         counts = np.array(self.counts, np.int64).reshape(-1, run.scheme.balances)
         lengths = self.lengths or [np.nan]

@@ -97,7 +97,7 @@ class StructureSteps:
         """For each of the steps from `first` on, all of one length, the mean instant of the loads of each system."""
         run, n = self.run, np.arange(first, first + count)
         found = [run.begin.time(run.h, n, system.instant) for system in self.steps.systems]
-        return np.column_stack(found).tolist()
+        return np.reshape(found, (-1, count)).T.tolist()
 
     @property
     def tangents(self) -> list[Tangent | None]:

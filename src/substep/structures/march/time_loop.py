@@ -60,12 +60,12 @@ class Keeper(Protocol):
         """A step that counts."""
         ...
 
-    def response(self, status: Status, *, whole: bool = True) -> StructureResponse:
-        """How the march ended; whole: whether the last step that was added is still known as a whole."""
+    def response(self, status: Status) -> StructureResponse:
+        """What was kept, and how the march ended."""
         ...
 
 
-def steps_of(clock: Clock) -> Iterator[Trial]:
+def steps_taken(clock: Clock) -> Iterator[Trial]:
     """The steps of a march that count, complete; X is written anew in the step after the next."""
     for step in clock.trials():
         try:
@@ -89,9 +89,9 @@ def marched(clock: Clock, kept: Keeper, progress: bool) -> StructureResponse:
         # a run that overflows ends with a status
         with np.errstate(all="ignore"), shown(clock.total, clock.done, progress, "march", clock.unit) as advance:
             done = clock.done
-            for step in steps_of(clock):
+            for step in steps_taken(clock):
                 if not math.isfinite(float(step.X[-1].sum())):
-                    return kept.response("non_finite", whole=False)
+                    return kept.response("non_finite")
                 kept.add(step)
                 advance(clock.done - done)
                 done = clock.done
@@ -99,7 +99,7 @@ def marched(clock: Clock, kept: Keeper, progress: bool) -> StructureResponse:
     except KeyboardInterrupt:
         pass
     except Exception as error:
-        error.response = kept.response(status, whole=False)  # type: ignore[attr-defined]
+        error.response = kept.response(status)  # type: ignore[attr-defined]
         error.add_note("what the march had done before is in the attribute `response` of this exception")
         raise
     return kept.response(status)
