@@ -1,11 +1,16 @@
-"""March a structure."""
+"""March a structure, and what ends a run."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+
 from ...core.errors import unknown_name, warn
+from ...core.progress import shown
+from ...core.response import Status
 from ...core.schemes import Scheme
 from ...core.state import State
 from ...run.clock import CHOSEN, Control, steps_of
@@ -20,7 +25,7 @@ from .refusals import require_definite_mass, require_suited, unknown_argument, u
 from .response import StructureResponse
 from .step_control import ChosenSteps
 from .steps import Run
-from .time_loop import marched
+from .time_loop import Clock, steps_taken
 
 ARGUMENTS = ("dt", "t_end", "tol", "start", "dofs", "stride", "account", "save", "progress", "newton", "line_search")
 
@@ -103,6 +108,33 @@ def march_structure(
         # atol of u as it was given, else as a share of the largest u so far
         share_u, atol_u = (0.0, steps.atol_u) if "atol" in chosen else (steps.atol_u, 0.0)
         clock = ChosenSteps(run, replace(steps, atol_u=atol_u), (share_u, steps.share_v))
-        return marched(clock, ChosenHistories(clock, kept, account, state), progress)
+        return _marched(clock, ChosenHistories(clock, kept, account, state), progress)
     found = Histories(run, steps, kept, account, save, state)
-    return marched(FixedSteps(run, steps.n, found.done, found.state, found.tangents or tangents), found, progress)
+    return _marched(FixedSteps(run, steps.n, found.done, found.state, found.tangents or tangents), found, progress)
+
+
+def _marched(clock: Clock, kept: Histories | ChosenHistories, progress: bool) -> StructureResponse:
+    """March to the end, or to what ends the run before it, and respond with what was kept until then.
+
+    progress: whether to show a bar. An exception of a function of the user's, or of a tangent that is singular, carries
+    the response until then.
+    """
+    status: Status = "interrupted"
+    try:
+        # a run that overflows ends with a status
+        with np.errstate(all="ignore"), shown(clock.total, clock.done, progress, "march", clock.unit) as advance:
+            done = clock.done
+            for step in steps_taken(clock):
+                if not math.isfinite(float(step.X[-1].sum())):
+                    return kept.response("non_finite")
+                kept.add(step)
+                advance(clock.done - done)
+                done = clock.done
+        status = clock.status
+    except KeyboardInterrupt:
+        pass
+    except Exception as error:
+        error.response = kept.response(status)  # type: ignore[attr-defined]
+        error.add_note("what the march had done before is in the attribute `response` of this exception")
+        raise
+    return kept.response(status)

@@ -45,16 +45,9 @@ class Forces:
         """g (J,)."""
         return np.array([g(t, middle) for g in self.functions])
 
-    def vector(self, t: float, middle: float) -> Array:
-        """The load (n,)."""
-        total = np.zeros(self.structure.size)
-        for (shape, _), g in zip(self.structure.loads, self.factors(t, middle), strict=True):
-            total += g * shape
-        return total
-
     def acceleration(self, t: float, middle: float, u: Array, v: Array) -> Array:
         """From the equation of motion (n,), with the load on the side of `middle`."""
-        return self.structure.acceleration(t, u, v, self.vector(t, middle))
+        return self.structure.acceleration(t, u, v, self.structure.loaded(self.factors(t, middle)))
 
     def over(self, march: StructureSteps, t: float, middle: float) -> tuple[list[Array], list[float]]:
         """Of each system of a step from t, what `StructureSteps.complete` takes: the loads (J,), and their instant."""
