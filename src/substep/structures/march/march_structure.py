@@ -126,11 +126,13 @@ def _marched(clock: Clock, kept: Histories | ChosenHistories, progress: bool) ->
             done = clock.done
             for step in steps_taken(clock):
                 if not math.isfinite(float(step.X[-1].sum())):
-                    return kept.response("non_finite")
+                    status = "non_finite"
+                    break
                 kept.add(step)
                 advance(clock.done - done)
                 done = clock.done
-        status = clock.status
+            else:
+                status = clock.status
     except KeyboardInterrupt:
         pass
     except Exception as error:

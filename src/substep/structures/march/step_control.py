@@ -54,6 +54,7 @@ class ChosenSteps:
             if x.linear_stiffness[x.place] != 0.0 or (s.C is not None and x.damping[x.place] != 0.0)
         ]  # fmt: skip
         self.rung = asked.rung if asked.rung is not None else math.sqrt(2.0) if changing else 0.0
+        self.low: float = step_control()._kept_from(self.rung, self.power)  # size from which on a step keeps its length
         self.change = CHANGE / max(len(changing), 1)  # in steps
         self.length = reach(s, t_end, *self.here[:2])
         self.scales = Scales(asked.rtol, (asked.atol_u, asked.atol_v), shares, [self.length, rms(self.here[1])])
@@ -114,9 +115,9 @@ class ChosenSteps:
             return False
         self.scales.saw(rows)
         self._go_on(step, rows)
-        measured, low = not (any(by_before) and math.isnan(self.last)), control._kept_from(self.rung, self.power)
+        measured = not (any(by_before) and math.isnan(self.last))
         self.wanted = float(
-            control._next(h, self.wanted, size, self.before, self.last, low, self.rung, self.power, measured)
+            control._next(h, self.wanted, size, self.before, self.last, self.low, self.rung, self.power, measured)
         )
         self.before, self.last, self.made = size, h, h
         if step.t == self.targets[0] and len(self.targets) > 1:

@@ -13,7 +13,7 @@ from .modes import ModalBasis
 
 
 class ModalEnergies:
-    """Energies as `substep.structures.march.histories.Energies` adds them up, of many steps at once.
+    """Energies as `substep.structures.march.energies.Energies` adds them up, of many steps at once.
 
     The matrices of modes are diagonal. Work is that of the loads on these modes.
     """
