@@ -194,7 +194,7 @@ def _marched(run: Run, n: int, plan: StructurePlan) -> tuple[Array, Any]:
     peak, status = np.abs(row), COMPLETED
     if rows is not None:
         rows[0] = row
-    clock = FixedSteps(run, n)
+    clock = FixedSteps(run, n, to_end=True)
     with np.errstate(all="ignore"):
         for done, (march, X, *_) in enumerate(steps_taken(clock), 1):
             if done == n:

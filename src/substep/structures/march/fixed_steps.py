@@ -1,5 +1,6 @@
 """Steps of a structure that are all of one length: each counts as it comes."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -20,16 +21,23 @@ BLOCK = 256  # steps for which the loads are sampled at once
 class FixedSteps:
     """The clock of n steps of run.h, of which `done` were made before; march.steps.report @ X of a step are u, v, a.
 
-    state (S, n): after those, by default where the run begins; tangents: that systems kept there. Where another scheme
-    marches the first steps, those are its own.
+    state (S, n): after those, by default where the run begins; tangents: that systems kept there. to_end: go on where a
+    step overflows, as one of several cases may. Where another scheme marches the first steps, those are its own.
     """
 
     unit = "steps"
 
     def __init__(
-        self, run: Run, n: int, done: int = 0, state: Array | None = None, tangents: Sequence[Tangent | None] = ()
+        self,
+        run: Run,
+        n: int,
+        done: int = 0,
+        state: Array | None = None,
+        tangents: Sequence[Tangent | None] = (),
+        *,
+        to_end: bool = False,
     ) -> None:
-        self.run, self.total, self.done, self.tangents = run, n, done, tangents
+        self.run, self.total, self.done, self.tangents, self.to_end = run, n, done, tangents, to_end
         self.state = run.begin.rows if state is None else state
         self.status: Status = "completed"
 
@@ -66,8 +74,11 @@ class FixedSteps:
                 X, after = after, X
 
     def accepted(self, step: Trial) -> bool:
-        """Always."""
+        """Whether it has not overflown, where that ends the march."""
         step.march.look(step.X, step.times)
+        if not (self.to_end or math.isfinite(float(step.X[-1].sum()))):
+            self.status = "non_finite"
+            return False
         self.done += 1
         return True
 
