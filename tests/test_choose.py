@@ -17,7 +17,7 @@ import substep as ss
 from substep.cli.commands import app
 from substep.exact import motions
 from substep.studies.precision import cases, choose, measure, scene_choice
-from substep.studies.precision.scene_choice import SAMPLES, ladder
+from substep.studies.step_counts import SAMPLES, ladder
 
 AMONG = ("newmark_bdf2", "average_acceleration", "energy_momentum", "rk4")
 

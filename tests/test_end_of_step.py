@@ -290,12 +290,12 @@ def test_a_smooth_motion_is_made_in_the_same_steps(
     for tol in tolerances:
         checked = cost(ss.march(s, name, tol=tol, t_end=8.0, account=False))
         with monkeypatch.context() as patch:
-            whole = core_schemes._local_error
+            whole = core_schemes.local_error
 
             def without(*given: Any, whole: Any = whole) -> Any:
                 found = whole(*given)
                 return replace(found, terms=found.terms[:2])
 
-            patch.setattr(core_schemes, "_local_error", without)
+            patch.setattr(core_schemes, "local_error", without)
             free = cost(ss.march(s, name, tol=tol, t_end=8.0, account=False))
         assert checked == free

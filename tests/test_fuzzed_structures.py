@@ -18,8 +18,11 @@ from sympy import Integer, Rational, Symbol
 from test_fuzzed_declarations import declarations
 
 import substep as ss
-from substep.structures.march import scheme_plan, steps
+from substep.structures.march import scheme_plan
+from substep.structures.march.fixed_steps import FixedSteps
 from substep.structures.march.linear import combined
+from substep.structures.march.steps import Run
+from substep.structures.march.time_loop import steps_taken
 
 u0, v0, a0 = knot(0)
 u1, v1, a1 = knot(1)
@@ -49,8 +52,8 @@ def marched(scheme: Scheme, values: dict[str, Any], frame: ss.Structure, dt: flo
     handle: Any = SimpleNamespace(name=scheme.name, parameters=values, starter=None, info=info, history=history)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(scheme_plan, "_module", lambda scheme: module)
-        run = steps.Run(frame, handle, dt)
-        return np.array([combined(march.steps.report[:2], X) for X, march in run.marched(n)])
+        clock = FixedSteps(Run(frame, handle, dt), n)
+        return np.array([combined(step.march.steps.report[:2], step.X) for step in steps_taken(clock)])
 
 
 @given(declarations(longest=2), st.sampled_from(list(QUOTIENTS)), st.sampled_from(list(DAMPINGS)))

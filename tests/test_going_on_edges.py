@@ -268,3 +268,36 @@ def test_the_state_of_rows_up_to_an_event_survives_a_copy() -> None:
     r = ss.march(scene, "newmark", dt=0.01, t_end=2.0, at=[0.1, 0.2], until=lambda t, u, v: u[0])
     copied = pickle.loads(pickle.dumps(r))
     assert copied.state.t == r.state.t == r.t_events[0]
+
+
+@pytest.mark.parametrize("scheme", ["newmark", "park", "bathe"])
+@pytest.mark.parametrize("failure", ["raises", "newton_failed", "non_finite"])
+def test_a_structure_goes_on_after_a_failure_as_if_there_had_been_none(failure: str, scheme: str) -> None:
+    """What fails is a function of the user's, mended then; an iteration that failed leaves no tangent behind."""
+    M, K, broken = np.diag([2.0, 1.0]), np.array([[60.0, -20.0], [-20.0, 40.0]]), [True]
+
+    def force(t: float, u: Any, v: Any) -> Any:
+        if broken[0] and t > 0.5 and failure == "raises":
+            raise RuntimeError("mend me")
+        return np.full(2, np.nan) if broken[0] and t > 0.5 and failure == "newton_failed" else K @ u + 40.0 * u**3
+
+    def load(t: Any) -> Any:
+        return np.where(broken[0] & (t > 0.5) & (failure == "non_finite"), 1e308, 0.1 * np.cos(t))
+
+    given: dict[str, Any] = {"load": [([10.0, 0.0], load)], "u0": [0.5, 0.0], "v0": [0.0, 1.0]}
+    if failure == "non_finite":
+        frame = ss.structure(M, K, **given)
+    else:
+        slope = {"tangent": lambda t, u, v: (K + np.diag(120.0 * u**2), 0.0 * M)}
+        frame = ss.structure(M, internal_force=force, **slope, **given)
+    options: dict[str, Any] = {"dt": 0.04, "t_end": 1.2, "account": False}
+    try:
+        part = ss.march(frame, scheme, **options, dofs=[0])
+    except RuntimeError as error:
+        part = error.response  # type: ignore[attr-defined]
+    assert part.status == ("interrupted" if failure == "raises" else failure)
+    assert 0.4 < part.t[-1] <= 0.5
+    broken[0] = False
+    rest, whole = ss.march(frame, scheme, **options, start=part), ss.march(frame, scheme, **options)
+    assert np.array_equal(rest.u[1:], whole.u[len(part.u) :])
+    assert np.array_equal(rest.v[1:], whole.v[len(part.u) :])

@@ -19,7 +19,7 @@ from substep.exact import motions
 from substep.studies.precision import cases, charts, crossover, jobs, measure, peers
 from substep.studies.precision import reference as references
 from substep.studies.precision.measure import Cost, Errors, Run
-from substep.studies.precision.scene_choice import SAMPLES
+from substep.studies.step_counts import SAMPLES
 
 KNOWN = {
     "damped": ss.scene("linear_oscillator", omega=6.28, xi=0.1, u0=0.7, v0=-2.0),

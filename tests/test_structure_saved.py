@@ -189,7 +189,7 @@ def test_histories_beyond_the_limit_stay_on_disk(tmp_path: Any, scheme: str, mon
         return np.sin(t)
 
     moved = frame(load=([1.0, 0.0, 0.0], load)).ground_motion(RECORD, 1.0)
-    monkeypatch.setattr("substep.structures.march.steps.BLOCK", 1)  # loads are asked for step by step
+    monkeypatch.setattr("substep.structures.march.fixed_steps.BLOCK", 1)  # loads are asked for step by step
     for status in ("interrupted", "completed"):
         expected = ss.march(moved, scheme, 0.1, 1.0)
         with monkeypatch.context() as patched:

@@ -6,10 +6,8 @@ first use.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cache, cached_property, lru_cache, partial
+from functools import cache, cached_property, partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +18,7 @@ from . import coefficients as march_coefficients
 from . import stability as stability_functions
 from .arrays import Array, Values, by_value
 from .entries import ParameterInfo, SchemeInfo
+from .error_estimate import LocalError, local_error
 from .errors import called_as, unknown_name
 from .facts import Facts, Term, facts_at, facts_at_defaults, rho_inf_forms
 from .scheme_names import SCHEMES, named
@@ -34,24 +33,6 @@ OF_THE_NEW_STATE = {
     "alpha_m": 'ss.dialect("opensees.GeneralizedAlpha", alphaM=1.1, alphaF=0.8)',
     "alpha_f": 'ss.dialect("opensees.GeneralizedAlpha", alphaM=1.1, alphaF=0.8)',
 }
-
-
-@dataclass(frozen=True)
-class LocalError:
-    """terms: of u, then of v, as `local_error_module` has them; weights: their factors; order: p, errors O(h^(p+1)).
-
-    sources: of each symbol of the terms, where its value is known and what it is called there; lag: the power of h with
-    which an acceleration in the state differs from the motion's own, None where it does not. A third sum, where there
-    is one, is an error of v by the acceleration at the end; always: whether each step needs it, or only one that has
-    none before it.
-    """
-
-    terms: Any
-    weights: tuple[float, ...]
-    order: int
-    sources: Mapping[str, tuple[str, str]]
-    lag: int | None
-    always: bool = True
 
 
 def schemes() -> tuple[str, ...]:
@@ -289,7 +270,7 @@ class Scheme(SchemeRecord):
 
         Raises ValueError if it cannot.
         """
-        return _local_error(self, tuple(sorted(self.given)), damped)
+        return local_error(self, tuple(sorted(self.given)), damped)
 
     def lane(self, j: int) -> Scheme:
         """The scheme with the parameters of lane j, where they are arrays (P,); itself where none are."""
@@ -385,24 +366,3 @@ class Scheme(SchemeRecord):
 def _written(value: Array) -> str:
     few = value.size <= 4
     return str(value.tolist()) if few else f"{value.shape} from {value.min():.6g} to {value.max():.6g}"
-
-
-@lru_cache(maxsize=1024)
-def _local_error(scheme: Scheme, given: tuple[str, ...], damped: bool) -> LocalError:
-    """given: names of the parameters that were not left to their default, which is taken exactly."""
-    from ..derived.modules import local_error_module  # noqa: PLC0415 (the one door to SymPy)
-
-    if scheme.info.start != "given" or any(lag for _, lag in scheme.info.history):
-        raise ValueError(
-            "expected a one-step or composite scheme that starts from u, v, a where steps change, got "
-            f"{scheme.name}, which carries {', '.join(scheme.state)}; give dt in place of tol, or take another scheme"
-        )
-    module = local_error_module(scheme.info.source, {name: float(x) for name, x in scheme.given.items()}, damped)
-    values = [scheme.parameters[name] for name in module.PARAMETERS]
-    weights = tuple(float(x) for x in module.weights(*values))
-    if not all(map(math.isfinite, weights)) or not any(weights):
-        raise ValueError(
-            f"expected an estimate of the local error of {scheme.name}, got the weights {weights} at these "
-            "parameters; change them, or give dt in place of tol"
-        )
-    return LocalError(module.TERMS, weights, module.ORDER, module.SOURCES, module.LAG, module.ALWAYS)

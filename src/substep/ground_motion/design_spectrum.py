@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ..core.arrays import Array, named
 from ..core.errors import called_as, damping_ratio, real_array, real_number, unknown_name
 from ..core.units import LARGEST, STANDARD_GRAVITY, unit_of
-from .spectrum import natural_periods
+from .spectrum import natural_periods, of_oscillators
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -155,8 +155,4 @@ def _dataset(T: Array, acceleration: Array, xi: float, attrs: Mapping[str, Any])
     from xarray import Dataset  # noqa: PLC0415 (on first use)
 
     text = {"long_name": "elastic design spectrum, pseudo-acceleration", "units": "m s-2"}
-    coordinates = {
-        "period": named("period", T, {"long_name": "natural period", "units": "s"}),
-        "xi": named((), np.array(xi), {"long_name": "damping ratio", "units": "1"}),
-    }
-    return Dataset({"acceleration": named("period", acceleration, text)}, coordinates, attrs)
+    return Dataset({"acceleration": named("period", acceleration, text)}, of_oscillators(T, np.array(xi)), attrs)

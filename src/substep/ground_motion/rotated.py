@@ -17,7 +17,7 @@ from ..core.schemes import Scheme
 from ..marching.histories import histories
 from ..run.schemes import numbers_only
 from .peaks import at_rest, is_stable
-from .spectrum import attributes, natural_periods, record_of
+from .spectrum import attributes, natural_periods, of_oscillators, record_of
 
 if TYPE_CHECKING:
     from xarray import Dataset, Variable
@@ -88,8 +88,7 @@ def response_spectrum_rotated(
         variables[name] = named("period", values, {"long_name": text, "units": "m s-2"})
     coordinates = {
         "percentile": named("percentile", parts, {"long_name": "percentile over the directions", "units": "percent"}),
-        "period": named("period", T, {"long_name": "natural period", "units": "s"}),
-        "xi": named((), damping, {"long_name": "damping ratio", "units": "1"}),
+        **of_oscillators(T, damping),
     }
     return Dataset(variables, coordinates, attributes(s, (first, second), int(np.count_nonzero(~found))))
 

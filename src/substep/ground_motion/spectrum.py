@@ -127,10 +127,7 @@ def response_spectrum(
             text = f"relative error of the scheme's spectral {name}"
             variables[f"{name}_error"] = variable(relative(peak, exact), 0.0, text, "1")
         attrs["good_from"] = _good_from(T, variables["acceleration_error"].to_numpy())
-    coordinates = {
-        "period": named("period", T, {"long_name": "natural period", "units": "s"}),
-        "xi": named(dims[:-1], damping, {"long_name": "damping ratio", "units": "1"}),
-    }
+    coordinates = of_oscillators(T, damping)
     if frequencies is not None:
         text = {"long_name": "natural frequency", "units": "Hz"}
         coordinates["frequency"] = named("period", real_array("frequencies", frequencies), text)
@@ -164,6 +161,14 @@ def _with_unit(record: Record, unit: str | float | None) -> Record:
     if unit is None:
         require_plausible("the record", record.samples, ", or ss.Record(dt, values, unit=...)")
     return replace(record, unit="m/s^2" if unit is None else unit)
+
+
+def of_oscillators(T: Array, damping: Array) -> dict[str, Variable]:
+    """The coordinates of a spectrum over periods T (P,), s, and damping ratios, one or (X,)."""
+    return {
+        "period": named("period", T, {"long_name": "natural period", "units": "s"}),
+        "xi": named(("xi",)[: damping.ndim], damping, {"long_name": "damping ratio", "units": "1"}),
+    }
 
 
 def attributes(s: Scheme, records: Sequence[Record], unstable: int) -> dict[str, Any]:

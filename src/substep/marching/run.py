@@ -262,10 +262,7 @@ def _stands(
 ) -> State:
     """The state in the last row, after at_end of the n_done steps."""
     u, v, *a = row.copy()
-    here = State(
-        steps.time(at_end), u, v, a[0] if a else None, dt=steps.dt, steps=steps.begin.first + at_end,
-        origin=steps.begin.origin, memory=memory,
-    )  # fmt: skip
+    here = replace(steps.state(at_end, u, v, a[0] if a else None), memory=memory)
     if known is None or at_end != n_done:
         return here
     kind, labels, x = known

@@ -27,6 +27,13 @@ class Begin(NamedTuple):
     origin: float = 0.0
     rows: Array | None = None
 
+    def time(self, h: float, steps: Any, within: Any = 0.0) -> Any:
+        """The time, s, so many whole steps of h (s) after the begin and a part of a step `within`; numbers or arrays.
+
+        Whole steps are added first, so that a run that goes on rounds as one that was not broken.
+        """
+        return self.origin + (self.first + steps + within) * h
+
 
 AT_ZERO = Begin()
 
@@ -60,7 +67,12 @@ class ConstantSteps:
 
     def time(self, steps: int) -> float:
         """The time after so many steps, s."""
-        return self.begin.origin + (self.begin.first + steps) * self.dt
+        return self.begin.time(self.dt, steps)
+
+    def state(self, steps: int, u: Array, v: Array, a: Array | None, **carried: Any) -> State:
+        """Where a run stands after so many steps with u, v, a; carried: what else `State` has of it."""
+        begin = self.begin
+        return State(self.time(steps), u, v, a, dt=self.dt, steps=begin.first + steps, origin=begin.origin, **carried)
 
     def times(self, count: int) -> Array | None:
         """The times (count,) of rows of a run that goes on; None for one from t = 0, where they need no memory."""

@@ -20,11 +20,12 @@ from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
 from ..run.axes import RESERVED, Keep, asked
 from ..run.clock import number_of_steps
+from ..structures.march.fixed_steps import FixedSteps
 from ..structures.march.histories import selection
-from ..structures.march.newton import NewtonFailed
 from ..structures.march.refusals import require_definite_mass, require_suited
 from ..structures.march.scheme_plan import step_of
 from ..structures.march.steps import Run
+from ..structures.march.time_loop import steps_taken
 from ..structures.model.given import Dof, loads_of
 from ..structures.solvers.combine import combined
 from ..structures.structure import Structure, damping_of
@@ -191,23 +192,21 @@ def _marched(run: Run, n: int, plan: StructurePlan) -> tuple[Array, Any]:
     row = select(run.given[:kinds])
     rows = np.full((n + 1, *row.shape), np.nan) if plan.keep == "history" else None
     peak, status = np.abs(row), COMPLETED
-    done = 0
     if rows is not None:
         rows[0] = row
-    try:
-        with np.errstate(all="ignore"):
-            for X, march in run.marched(n):
-                done += 1
-                if done == n:
-                    size = combined(march.steps.report[:1], X)[0].sum(axis=0)
-                    status = np.where(np.isfinite(size), COMPLETED, OVERFLOWED)
-                elif plan.keep == "final":
-                    continue
-                row = select(combined(march.steps.report[:kinds], X))
-                if rows is not None:
-                    rows[done] = row
-                np.maximum(peak, np.abs(row), out=peak)
-    except NewtonFailed:
+    clock = FixedSteps(run, n, to_end=True)
+    with np.errstate(all="ignore"):
+        for done, (march, X, *_) in enumerate(steps_taken(clock), 1):
+            if done == n:
+                size = combined(march.steps.report[:1], X)[0].sum(axis=0)
+                status = np.where(np.isfinite(size), COMPLETED, OVERFLOWED)
+            elif plan.keep == "final":
+                continue
+            row = select(combined(march.steps.report[:kinds], X))
+            if rows is not None:
+                rows[done] = row
+            np.maximum(peak, np.abs(row), out=peak)
+    if clock.status != "completed":
         if rows is None:
             return np.full_like(row, np.nan), FAILED
         status = FAILED

@@ -16,7 +16,8 @@ from ..model.state_vectors import vectors
 from ..solvers.combine import combined
 from ..solvers.matrices import arrays_of
 from .newton import Tangent
-from .steps import Run, StructureSteps
+from .steps import Run
+from .time_loop import Trial
 
 
 def kind_of(structure: Model) -> str:
@@ -60,12 +61,15 @@ def _tangents(state: State) -> list[Tangent | None]:
     return found
 
 
-def stands(X: Array, march: StructureSteps, run: Run, done: int, steps: ConstantSteps) -> Callable[[], State]:
-    """The state after so many steps, of which X (V, n), complete, is the last."""
-    motion, rows = combined(march.steps.report, X), None
-    if march.run.scheme is run.scheme:  # and not the one that starts it
-        rows = combined(march.steps.out, X)
-    return partial(_state, run.structure, run.scheme, steps, done, motion, rows, march.tangents)
+def stands(
+    last: Trial, run: Run, done: int, steps: ConstantSteps, tangents: Sequence[Tangent | None]
+) -> Callable[[], State]:
+    """The state after so many steps and the last of them, after which systems kept these tangents."""
+    march, rows = last.march, None
+    if march.run is run:  # and not the run of the scheme that starts this one
+        rows = combined(march.steps.out, last.X)
+    motion = combined(march.steps.report, last.X)
+    return partial(_state, run.structure, run.scheme, steps, done, motion, rows, tangents)
 
 
 def _state(
@@ -79,10 +83,7 @@ def _state(
 ) -> State:
     """The state with u, v and, where the scheme has its own, a, and what the scheme carries, if it is under way."""
     u, v, *a = (structure.T @ x for x in motion)
-    here = State(
-        steps.time(done), u, v, a[0] if a else None, dt=steps.dt, steps=steps.begin.first + done,
-        origin=steps.begin.origin,
-    )  # fmt: skip
+    here = steps.state(done, u, v, a[0] if a else None)
     if rows is None:
         return here
     more = {f"tangent {k} at": x.at for k, x in enumerate(tangents) if x is not None}

@@ -7,11 +7,11 @@ from functools import cached_property
 import numpy as np
 
 from ...core.arrays import Array
-from ...core.schemes import LocalError
+from ...core.error_estimate import LocalError
 from ..solvers.combine import combined
 from .steps import StructureSteps
 
-Source = tuple[str, str]  # where a vector is known, and its name there: see `core.schemes.LocalError`
+Source = tuple[str, str]  # where a vector is known, and its name there: see `core.error_estimate.LocalError`
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,30 +1,30 @@
 """March a structure, and what ends a run."""
 
-import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
 from ...core.errors import unknown_name, warn
-from ...core.memory import require_memory
 from ...core.progress import shown
 from ...core.response import Status
 from ...core.schemes import Scheme
 from ...core.state import State
-from ...run.clock import CHOSEN, ConstantSteps, Control, steps_of
+from ...run.clock import CHOSEN, Control, steps_of
 from ...run.schemes import numbers_only
 from ..model.given import Dof
 from ..model.model import Model
-from .going_on import begun, stands
-from .histories import Histories, accounted, held_at_start
-from .march_chosen import march_chosen
-from .newton import Iteration, NewtonFailed, Tangent
+from .fixed_steps import FixedSteps
+from .going_on import begun
+from .histories import ChosenHistories, Histories
+from .newton import Iteration
 from .refusals import require_definite_mass, require_suited, unknown_argument, unsymmetric
 from .response import StructureResponse
-from .scheme_plan import step_of
+from .step_control import ChosenSteps
 from .steps import Run
+from .time_loop import Clock, steps_taken
 
 ARGUMENTS = ("dt", "t_end", "tol", "start", "dofs", "stride", "account", "save", "progress", "newton", "line_search")
 
@@ -104,61 +104,34 @@ def march_structure(
     require_suited(structure, scheme, h)
     run, tangents = begun(Run(structure, scheme, h, iteration), steps, state)
     if isinstance(steps, Control):
-        return march_chosen(run, steps, "atol" in chosen, kept, account, progress, state)
-    if save is None:
-        shape = steps.n // steps.stride + 1, len(step_of(scheme, h).report[:3]), len(kept)
-        require_memory(shape, "keep fewer dofs, a longer stride, or save= to a folder")
-    found = Histories(run, steps.n, [structure.place(dof) for dof in kept], steps.stride, account, save)
-    return _stepped(found, tangents, steps, kept, progress, state)
+        # atol of u as it was given, else as a share of the largest u so far
+        share_u, atol_u = (0.0, steps.atol_u) if "atol" in chosen else (steps.atol_u, 0.0)
+        clock = ChosenSteps(run, replace(steps, atol_u=atol_u), (share_u, steps.share_v))
+        return _marched(clock, ChosenHistories(clock, kept, account, state), progress)
+    found = Histories(run, steps, kept, account, save, state)
+    return _marched(FixedSteps(run, steps.n, found.done, found.state, found.tangents or tangents), found, progress)
 
 
-def _stepped(
-    found: Histories,
-    tangents: Sequence[Tangent | None],
-    steps: ConstantSteps,
-    kept: list[Dof],
-    progress: bool,
-    state: State | None,
-) -> StructureResponse:
-    """March to the end, or to what ends the run before it; tangents: that systems keep where it begins."""
-    run, status, last = found.run, "completed", None
+def _marched(clock: Clock, kept: Histories | ChosenHistories, progress: bool) -> StructureResponse:
+    """March to the end, or to what ends the run before it, and respond with what was kept until then.
+
+    progress: whether to show a bar. An exception of a function of the user's, or of a tangent that is singular, carries
+    the response until then.
+    """
+    status: Status = "interrupted"
     try:
         # a run that overflows ends with a status
-        with np.errstate(all="ignore"), shown(steps.n, found.done, progress, "march", "steps") as advance:
-            for X, march in run.marched(steps.n, found.state, found.done, found.tangents or tangents):
-                if not math.isfinite(float(X[-1].sum())):
-                    status, last = "non_finite", None
-                    break
-                found.add(X, march)
-                last = X, march
-                advance(1)
-    except NewtonFailed:
-        status = "newton_failed"
+        with np.errstate(all="ignore"), shown(clock.total, clock.done, progress, "march", clock.unit) as advance:
+            done = clock.done
+            for step in steps_taken(clock):
+                kept.add(step)
+                advance(clock.done - done)
+                done = clock.done
+        status = clock.status
     except KeyboardInterrupt:
-        status = "interrupted"
-    except Exception as error:  # of a load or a force of the user's, or a tangent that is singular
-        found.checkpoint()
-        error.response = _response(found, "interrupted", kept, steps, state)  # type: ignore[attr-defined]
+        pass
+    except Exception as error:
+        error.response = kept.response(status)  # type: ignore[attr-defined]
         error.add_note("what the march had done before is in the attribute `response` of this exception")
         raise
-    found.checkpoint()
-    return _response(found, status, kept, steps, state, None if last is None else stands(*last, run, found.done, steps))
-
-
-def _response(
-    found: Histories,
-    status: Status,
-    kept: list[Dof],
-    steps: ConstantSteps,
-    started: State | None,
-    last: Callable[[], State] | None = None,
-) -> StructureResponse:
-    run = found.run
-    counts = found.iterations[: found.done]
-    account = accounted(run.scheme, found.accounts[: found.kept], status, f"dt = {run.h:g}", held_at_start(run))
-    u, v, *a = found.read()
-    return StructureResponse(
-        u, v, counts, status, None if status == "completed" else steps.time(found.done + 1), run.structure, run.scheme,
-        found.stride * run.h, a[0] if a else None, steps.times(found.kept), started=started, last=last,
-        dofs=tuple(kept), account=account,
-    )  # fmt: skip
+    return kept.response(status)

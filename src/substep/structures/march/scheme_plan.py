@@ -56,7 +56,7 @@ class System:
         moved = any(row[self.place] for row in self.displacements)
         return moved or (of_velocity and bool(self.displacements) and self.damping[self.place] != 0.0)
 
-    @property
+    @cached_property
     def instant(self) -> float:
         """The mean instant of its loads, in steps after t_n."""
         total = sum(w for w, _ in self.loads)

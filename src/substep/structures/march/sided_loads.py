@@ -45,26 +45,16 @@ class Forces:
         """g (J,)."""
         return np.array([g(t, middle) for g in self.functions])
 
-    def vector(self, t: float, middle: float) -> Array:
-        """The load (n,)."""
-        total = np.zeros(self.structure.size)
-        for (shape, _), g in zip(self.structure.loads, self.factors(t, middle), strict=True):
-            total += g * shape
-        return total
-
     def acceleration(self, t: float, middle: float, u: Array, v: Array) -> Array:
         """From the equation of motion (n,), with the load on the side of `middle`."""
-        s = self.structure
-        right = self.vector(t, middle) - s.restoring(t, u, v)
-        return s.solve_mass(right - s.damping @ v if s.C is not None else right)
+        return self.structure.acceleration(t, u, v, self.structure.loaded(self.factors(t, middle)))
 
-    def completed(self, march: StructureSteps, X: Array, t: float, middle: float) -> None:
-        """Compute the unknowns of a step from t in X (V, n). Raises NewtonFailed."""
-        h, rows = march.run.h, []
-        for system in march.steps.systems:
-            parts = [w * self.factors(t + tau * h, middle) for w, tau in system.loads]
-            rows.append(sum(parts, np.zeros(len(self.structure.loads))))
-        march.complete(X, rows, [t + system.instant * h for system in march.steps.systems])
+    def over(self, march: StructureSteps, t: float, middle: float) -> tuple[list[Array], list[float]]:
+        """Of each system of a step from t, what `StructureSteps.complete` takes: the loads (J,), and their instant."""
+        h, systems = march.run.h, march.steps.systems
+        none = np.zeros(len(self.structure.loads))
+        loads = [sum([w * self.factors(t + tau * h, middle) for w, tau in x.loads], none) for x in systems]
+        return loads, [t + x.instant * h for x in systems]
 
 
 def step_control() -> Any:

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,34 +11,25 @@ from ...core.state import State
 from ...run.clock import Control
 from ..solvers.combine import combined
 from .local_error import Estimate, Source
-from .newton import NewtonFailed
 from .scheme_plan import step_of
 from .sided_loads import Forces, step_control
 from .step_lengths import Lengths, Scales, reach, rms
-from .steps import Run, StructureSteps
+from .steps import Run
+from .time_loop import Trial
 
 CHANGE = 40.0  # solves that a factorization takes: 20 to 70
-
-
-@dataclass(frozen=True, eq=False)
-class Taken:
-    """An accepted step of length h to the time t: rows u, v and, where the scheme has its own, a, (2 or 3, n).
-
-    half_load: the values (J,) of the loads at the middle of the step; load, next_load: at t, of the side of the step
-    and of what follows. counts: iterations of balances.
-    """
-
-    t: float
-    h: float
-    rows: Array
-    half_load: Array
-    load: Array
-    next_load: Array
-    counts: list[int]
+PARTS = 1000  # of the span, for the bar
 
 
 class ChosenSteps:
-    """A march in steps of chosen length: `steps` makes them; t: how far it is, s; status: how it ended."""
+    """The clock of steps of chosen length, which count where their estimated error is small enough.
+
+    t: how far the march is, s; here (3, n): u, v, a there; dt_next: length of the step that follows, s. energy_loads:
+    the values (J,) of the loads in the middle of the last step, at its end, and, after a jump, where the next begins.
+    """
+
+    unit, total = "parts", PARTS
+    energy_loads: tuple[Array, Array, Array]
 
     def __init__(self, run: Run, asked: Control, shares: tuple[float, float]) -> None:
         """shares: of the largest u and v so far in their scales.
@@ -64,158 +54,163 @@ class ChosenSteps:
             if x.linear_stiffness[x.place] != 0.0 or (s.C is not None and x.damping[x.place] != 0.0)
         ]  # fmt: skip
         self.rung = asked.rung if asked.rung is not None else math.sqrt(2.0) if changing else 0.0
+        self.low: float = step_control()._kept_from(self.rung, self.power)  # size from which on a step keeps its length
         self.change = CHANGE / max(len(changing), 1)  # in steps
         self.length = reach(s, t_end, *self.here[:2])
         self.scales = Scales(asked.rtol, (asked.atol_u, asked.atol_v), shares, [self.length, rms(self.here[1])])
         self.status: Status = "completed"
         self.t: float = asked.t_begin
-        self.proposed: float = math.nan
-        self.accepted: int = 0
+        self.done: int = 0
+        self.targets: list[float] = self.forces.targets.tolist()  # that are ahead
+        self.middle: float = 0.5 * (self.t + self.targets[0])  # of the time until the first of them
         self.rejected: int = 0
-        self.failed: int = 0
+        self.newton_failed: int = 0
         self.lag, self.kinds = self.estimate.error.lag, [kind for kind, _ in scheme.history]
         self.carries = self.lag is not None or bool(self.estimate.names("start"))  # the motion's own a at the start
         self.state: Array = self.here[self.kinds]
         self.known: dict[Source, Array] = {}
+        self.dt_next: float = math.nan
+        self.wanted: float = math.nan  # length of the step to try
+        self.before, self.last = -1.0, math.nan  # size of the error of the step before, negative for none; its length
+        self.made: float = math.nan  # length of the step that an acceleration in the state is of
 
     @property
     def stands(self) -> State:
         """What a later march goes on from."""
         u, v, *a = (self.run.structure.T @ x for x in self.here[: len(step_of(self.run.scheme, 1.0).report)])
-        return State(self.t, u, v, a[0] if a else None, dt_next=self.proposed)
+        return State(self.t, u, v, a[0] if a else None, dt_next=self.dt_next)
 
-    def steps(self) -> Iterator[Taken]:
-        """The accepted steps. Raises ValueError for a singular effective matrix."""
+    def trials(self) -> Iterator[Trial]:
+        """The steps to compute. Raises ValueError for a singular effective matrix."""
         asked, control = self.asked, step_control()
-        targets: list[float] = self.forces.targets.tolist()
-        at: int = 0
-        middle: float = 0.5 * (self.t + targets[0])
         if self.carries:
-            self.known["start", "a"] = self.forces.acceleration(self.t, middle, *self.here[:2])
-        first = self.first(middle)
-        base: float = asked.dt_first or first
-        held: float = base
-        proposed: float = base
-        self.proposed = base
-        before, last, made = -1.0, math.nan, math.nan
-        low: float = control._kept_from(self.rung, self.power)
+            self.known["start", "a"] = self.forces.acceleration(self.t, self.middle, *self.here[:2])
+        first = self.first()
+        base = held = self.wanted = self.dt_next = asked.dt_first or first
         while self.t < self.t_end:
-            if proposed != held:
+            if self.wanted != held:
                 if self.rung > 1.0:
-                    proposed = control._on_ladder(
-                        proposed, held, base, self.rung, self.t_end - self.t, asked.dt_min, self.change
+                    self.wanted = control._on_ladder(
+                        self.wanted, held, base, self.rung, self.t_end - self.t, asked.dt_min, self.change
                     )
-                held = proposed
-            if not proposed >= asked.dt_min or proposed <= 1e-15 * self.t:
-                self.proposed, self.status = proposed, "step_too_small"
+                held = self.wanted
+            if not self.wanted >= asked.dt_min or self.wanted <= 1e-15 * self.t:
+                self.dt_next, self.status = self.wanted, "step_too_small"
                 return
-            h, landing = control._reaching(min(proposed, asked.dt_max), targets[at] - self.t)
-            end: float = targets[at] if landing else self.t + h
+            h, landing = control._reaching(min(self.wanted, asked.dt_max), self.targets[0] - self.t)
             march = self.lengths.of(h)
-            made = self._adapted(h, made)
-            try:
-                X, rows, size = self._tried(march, end, middle, last)
-            except NewtonFailed:
-                self.failed, self.rejected = self.failed + 1, self.rejected + 1
-                proposed, before = 0.25 * h, -1.0
-                continue
-            if not size <= 1.0:
-                self.rejected += 1
-                proposed, before = control._shorter(h, size, self.power), -1.0
-                continue
-            self.accepted += 1
-            self.scales.saw(rows)
-            taken = self._taken(march, X, rows, end, middle, h)
-            measured = not any(self.estimate.by_before) or not math.isnan(last)
-            proposed = float(control._next(h, proposed, size, before, last, low, self.rung, self.power, measured))
-            before, last, made = size, h, h
-            if landing and at + 1 < len(targets):
-                at, middle = at + 1, 0.5 * (targets[at] + targets[at + 1])
-                taken = self._crossed(taken, middle)
-                if any(self.estimate.by_before):
-                    before, last = -1.0, math.nan
-                    if self.estimate.by_before[0]:
-                        proposed = min(proposed, self.first(middle))
-            self.proposed = proposed
-            yield taken
+            self._adapt(h)
+            X = march.run.room(march.steps)
+            march.begin(X, self.state)
+            end = self.targets[0] if landing else self.t + h
+            yield Trial(march, X, *self.forces.over(march, self.t, self.middle), end, h)
 
-    def first(self, middle: float) -> float:
+    def accepted(self, step: Trial) -> bool:
+        """Whether the error is small enough; the length of the next step follows from it."""
+        control, h, by_before = step_control(), step.h, self.estimate.by_before
+        rows, size = self._measured(step)
+        if not size <= 1.0:
+            self.rejected += 1
+            self.wanted, self.before = control._shorter(h, size, self.power), -1.0
+            return False
+        self.scales.saw(rows)
+        self._go_on(step, rows)
+        measured = not (any(by_before) and math.isnan(self.last))
+        self.wanted = float(
+            control._next(h, self.wanted, size, self.before, self.last, self.low, self.rung, self.power, measured)
+        )
+        self.before, self.last, self.made = size, h, h
+        if step.t == self.targets[0] and len(self.targets) > 1:
+            self._cross()
+            if any(by_before):
+                self.before, self.last = -1.0, math.nan
+            if by_before[0]:
+                self.wanted = min(self.wanted, self.first())
+        self.dt_next = self.wanted
+        return True
+
+    def failed(self, step: Trial) -> None:
+        """Try a shorter step."""
+        self.newton_failed, self.rejected = self.newton_failed + 1, self.rejected + 1
+        self.wanted, self.before = 0.25 * step.h, -1.0
+
+    def first(self) -> float:
         """Length of a step of which nothing is known before it, from the motion's first derivatives."""
         control, scales, (u, v, own) = step_control(), self.scales, self.here
-        a = self.forces.acceleration(self.t, middle, u, v)
+        a = self.forces.acceleration(self.t, self.middle, u, v)
         brief = np.array([[rms(u)], [rms(v)], [rms(own)]])
         scales.largest[1] = max(scales.largest[1], float(control._fastest(brief, np.array([rms(a)]), self.length)))
         of_u, of_v = scales.of(0, u, u), scales.of(1, v, v)
         trial, d1 = control._trial(self.here, a, of_u, of_v, self.t_end)
-        then = self.forces.acceleration(self.t + trial, middle, u + trial * v, v + trial * a)
+        then = self.forces.acceleration(self.t + trial, self.middle, u + trial * v, v + trial * a)
         if scales.largest[1] == 0.0:  # complete rest: only the load tells how fast the motion will be
             scales.largest[1] = math.sqrt(self.length * rms(then))
             of_v = scales.of(1, v, v)
         return float(control._first_length(trial * a, then - a, of_u, of_v, trial, d1, self.power, self.t_end))
 
-    def _adapted(self, h: float, made: float) -> float:
-        """Bring an acceleration that depends on the length of its step from that to this one; the length it is of."""
-        if self.lag is None or h == made or math.isnan(made):
-            return made
-        a, own = self.kinds.index(2), self.known["start", "a"]
-        self.state[a] = own + (h / made) ** self.lag * (self.state[a] - own)
-        return h
+    def _adapt(self, h: float) -> None:
+        """Bring an acceleration in the state that depends on the length of its step from that to this one."""
+        if self.lag is not None and h != self.made and not math.isnan(self.made):
+            a, own = self.kinds.index(2), self.known["start", "a"]
+            self.state[a] = own + (h / self.made) ** self.lag * (self.state[a] - own)
+            self.made = h
 
-    def _tried(self, march: StructureSteps, end: float, middle: float, last: float) -> tuple[Array, Array, float]:
-        """X (V, n), u, v and a reported, and the mean of the squares of the errors over their scales."""
-        X = march.run.room(march.steps)
-        march.begin(X, self.state)
-        self.forces.completed(march, X, self.t, middle)
+    def _measured(self, step: Trial) -> tuple[Array, float]:
+        """u, v and a reported, and the mean of the squares of the errors over their scales."""
+        march, X = step.march, step.X
         rows = combined(march.steps.report, X)
-        kinds = self.estimate.kinds(math.isnan(last))
+        kinds = self.estimate.kinds(math.isnan(self.last))
         if "a" in self.estimate.names("end", kinds):
-            self.known["end", "a"] = self.forces.acceleration(end, middle, *rows[:2])
+            self.known["end", "a"] = self.forces.acceleration(step.t, self.middle, *rows[:2])
         if names := self.estimate.names("halved"):
-            halves = self._halved(0.5 * march.run.h, middle)
+            halves = self._halved(0.5 * march.run.h)
             self.known |= {("halved", name): halves["uv".index(name)] for name in names}
         sizes = {}
         for kind in kinds:
-            error, of = self.estimate.of(kind, march, X, last / march.run.h, self.known), min(kind, 1)
+            error, of = self.estimate.of(kind, march, X, self.last / march.run.h, self.known), min(kind, 1)
             sizes[kind] = rms(error / self.scales.of(of, self.here[of], rows[of])) ** 2
         late = sizes.pop(2, 0.0)
         size = sum(sizes.values()) / len(sizes) if sizes else 0.0
         size = size if late <= 1.0 else late  # where it is not too large, lengths do not depend on it
-        return X, rows, size if math.isfinite(float(X[-1].sum())) else math.nan
+        return rows, size if math.isfinite(float(X[-1].sum())) else math.nan
 
-    def _halved(self, h: float, middle: float) -> Array:
+    def _halved(self, h: float) -> Array:
         """u and v after two steps of h."""
         march = self.lengths.of(h)
-        X = march.run.room(march.steps)
-        march.begin(X, self.state)
-        self.forces.completed(march, X, self.t, middle)
-        march.begin(X, combined(march.steps.out, X))
-        self.forces.completed(march, X, self.t + h, middle)
+        X, state = march.run.room(march.steps), self.state
+        for t in (self.t, self.t + h):
+            march.begin(X, state)
+            march.complete(X, *self.forces.over(march, t, self.middle))
+            state = combined(march.steps.out, X)
         return combined(march.steps.report[:2], X)
 
-    def _taken(self, march: StructureSteps, X: Array, rows: Array, end: float, middle: float, h: float) -> Taken:
+    def _go_on(self, step: Trial, rows: Array) -> None:
         """Go on from the end of a step."""
-        march.look(X, [self.t + system.instant * h for system in march.steps.systems])
+        march, X, t = step.march, step.X, step.t
+        march.look(X, step.times)
         if self.carries:
             own = self.known.pop(("end", "a"), None)
-            self.known["start", "a"] = self.forces.acceleration(end, middle, *rows[:2]) if own is None else own
+            self.known["start", "a"] = self.forces.acceleration(t, self.middle, *rows[:2]) if own is None else own
         for name in self.estimate.names("before"):
             self.known["before", name] = combined(march.steps.rows[name][None], X)[0]
         self.state = combined(march.steps.out, X)
         self.here = rows if len(rows) == 3 else np.vstack([rows, np.zeros_like(rows[:1])])
-        self.t = end
-        half, load = (self.forces.factors(t, middle) for t in (end - 0.5 * h, end))
-        return Taken(end, h, rows, half, load, load, march.counts)
+        self.t, self.done = t, int(PARTS * (t - self.asked.t_begin) / (self.t_end - self.asked.t_begin))
+        half, load = (self.forces.factors(x, self.middle) for x in (t - 0.5 * step.h, t))
+        self.energy_loads = half, load, load
 
-    def _crossed(self, taken: Taken, middle: float) -> Taken:
+    def _cross(self) -> None:
         """Go on behind a break point: where the load jumps, the acceleration jumps with it, by M^-1 of it."""
-        new = self.forces.factors(taken.t, middle)
-        jump = combined((new - taken.load)[None], self.run.structure.load_vectors.T)[0]
+        self.middle = 0.5 * (self.targets.pop(0) + self.targets[0])
+        half, load, _ = self.energy_loads
+        new = self.forces.factors(self.t, self.middle)
+        jump = combined((new - load)[None], self.run.structure.load_vectors.T)[0]
         if not jump.any():
-            return taken
+            return
+        self.energy_loads = half, load, new
         change = self.run.structure.solve_mass(jump)
         if 2 in self.kinds:
             self.state[self.kinds.index(2)] += change
         if self.carries:
             self.known["start", "a"] = self.known["start", "a"] + change
         self.here[2] += change
-        return replace(taken, rows=self.here[: len(taken.rows)].copy(), next_load=new)

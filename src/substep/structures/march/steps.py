@@ -1,8 +1,9 @@
 """Steps of a scheme on a structure: its plan with numbers, its start, and the loads at its instants."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -10,15 +11,12 @@ from ...core.arrays import Array
 from ...core.loads import Load, values_at
 from ...core.schemes import Scheme
 from ...run.clock import AT_ZERO, Begin
-from ...run.schemes import carried, require_acceleration
 from ..model.model import Model
 from ..solvers.combine import combined
 from .linear import Factors, LinearSystem
 from .newton import Iteration, NonlinearSystem, Tangent
-from .scheme_plan import Steps, System, start_of, step_of
+from .scheme_plan import Steps, System, start_of
 from .velocity import Watch
-
-BLOCK = 256  # steps for which the loads are sampled at once
 
 
 @dataclass(frozen=True)
@@ -36,15 +34,14 @@ class StructureSteps:
 
     def loads(self, first: int, count: int) -> list[Array]:
         """For each system the sum of w g(t_n + tau h), (count, J), for the J loads and the steps n from `first` on."""
-        origin, first = self.run.begin.origin, self.run.begin.first + first
-        n = np.arange(first, first + count, dtype=np.float64)
-        functions = [g for _, g in self.run.loads]
+        run, n = self.run, np.arange(first, first + count)
+        functions = [g for _, g in run.loads]
         found = []
         for system in self.steps.systems:
             total = np.zeros((count, len(functions)))
             for w, tau in system.loads:
                 for j, g in enumerate(functions):
-                    total[:, j] += w * values_at(g, origin + (n + tau) * self.run.h)
+                    total[:, j] += w * values_at(g, run.begin.time(run.h, n, tau))
             found.append(total)
         return found
 
@@ -96,10 +93,11 @@ class StructureSteps:
                 self.watch.look(t, u, combined(self.steps.report[1:2], X)[0] if v is None else v)
                 return
 
-    def times(self, n: int) -> list[float]:
-        """The mean instant of the loads of each system in step n of constant length."""
-        run, n = self.run, self.run.begin.first + n  # first the whole number, to round as a run that is not broken
-        return [run.begin.origin + (n + system.instant) * run.h for system in self.steps.systems]
+    def times(self, first: int, count: int) -> list[list[float]]:
+        """For each of the steps from `first` on, all of one length, the mean instant of the loads of each system."""
+        run, n = self.run, np.arange(first, first + count)
+        found = [run.begin.time(run.h, n, system.instant) for system in self.steps.systems]
+        return np.reshape(found, (-1, count)).T.tolist()
 
     @property
     def tangents(self) -> list[Tangent | None]:
@@ -130,9 +128,9 @@ class Run:
     begin: Begin = AT_ZERO
     start: Array | None = None
 
-    def time(self, steps: float) -> float:
-        """The time after so many steps, s."""
-        return self.begin.origin + (self.begin.first + steps) * self.h
+    def time(self, steps: Any) -> Any:
+        """The time after so many steps, s, a number or an array."""
+        return self.begin.time(self.h, steps)
 
     @cached_property
     def loads(self) -> tuple[tuple[Array, Load], ...]:
@@ -168,44 +166,6 @@ class Run:
             return NonlinearSystem(self.structure, system, self.structure.internal, self.iteration)
         return LinearSystem.of(self.structure.at_start, system, last, self.factors, f"a step of {self.scheme.name}")
 
-    def marched(
-        self, n: int, state: Array | None = None, done: int = 0, tangents: Sequence[Tangent | None] = ()
-    ) -> Iterator[tuple[Array, StructureSteps]]:
-        """X (V, n), complete, of each step after the first `done` of n, and of what: steps.report @ X are u, v, a.
-
-        X is written anew in every step. state: that after `done` steps, by default the start; tangents: those that were
-        kept then. Where another scheme marches the first steps, those are its own. Raises NewtonFailed.
-        """
-        state = self.begin.rows if state is None else state
-        if state is None and self.scheme.starter is not None:
-            history = [self.given]
-            require_acceleration(
-                self.scheme, *(len(step_of(one, self.h).report) for one in (self.scheme, self.scheme.starter))
-            )
-            starter = replace(self, scheme=self.scheme.starter)
-            for X, march in starter.marched(min(self.scheme.starting_steps, n)):
-                history.append(self._with_acceleration(combined(march.steps.report, X), self.time(len(history))))
-                yield X, march
-            if (done := len(history) - 1) == n:
-                return
-            state = carried(self.scheme.history, done, lambda k, kind: history[k][kind])
-        march = self.prepared(step_of(self.scheme, self.h))
-        for solver, tangent in zip(march.systems, tangents, strict=False):
-            if tangent is not None and isinstance(solver, NonlinearSystem):
-                solver.keep(tangent)
-        X, after = self.room(march.steps), self.room(march.steps)
-        march.begin(X, self._started() if state is None else state)
-        for first in range(done, n, BLOCK):
-            count = min(BLOCK, n - first)
-            loads = march.loads(first, count)
-            for i in range(count):
-                times = march.times(first + i)
-                march.complete(X, [rows[i] for rows in loads], times, advanced=first + i > done)
-                march.look(X, times)
-                yield X, march
-                march.advance(X, after)
-                X, after = after, X
-
     @property
     def given(self) -> Array:
         """u, v, a where the steps begin, (3, n) or (3, n, L)."""
@@ -221,17 +181,17 @@ class Run:
         """Memory for the vectors of a step, (V, n) or (V, n, L)."""
         return np.empty((steps.vectors, self.structure.size, *([len(self.cases)] if self.cases else [])))
 
-    def _started(self) -> Array:
+    def started(self) -> Array:
         """The state at the start of a scheme that starts by itself."""
         if self.scheme.info.start == "given":
             return self.given[[kind for kind, _ in self.scheme.history]]
         start = self.prepared(start_of(self.scheme, self.h))
         X = self.room(start.steps)
         start.begin(X, self.given)
-        start.complete(X, [rows[0] for rows in start.loads(0, 1)], start.times(0))
+        start.complete(X, [rows[0] for rows in start.loads(0, 1)], start.times(0, 1)[0])
         return combined(start.steps.out, X)
 
-    def _with_acceleration(self, row: Array, t: float) -> Array:
+    def with_acceleration(self, row: Array, t: float) -> Array:
         """u, v, a (3, n) of a row that may lack a."""
         if len(row) == 3:
             return row

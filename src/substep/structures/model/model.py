@@ -117,10 +117,11 @@ class Model:
 
     def force(self, t: float) -> Array:
         """The load (n,) at a time."""
-        total = np.zeros(self.size)
-        for (shape, _), value in zip(self.loads, self.load_values(np.array([t]))[0], strict=True):
-            total += shape * value
-        return total
+        return self.loaded(self.load_values(np.array([t]))[0])
+
+    def loaded(self, values: Array) -> Array:
+        """The load (n,) where its functions of time have these values (J,)."""
+        return sum((shape * value for (shape, _), value in zip(self.loads, values, strict=True)), np.zeros(self.size))
 
     def load_values(self, t: Array) -> Array:
         """The functions of time of the J loads at the times t (k,), (k, J)."""

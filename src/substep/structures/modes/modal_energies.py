@@ -13,7 +13,7 @@ from .modes import ModalBasis
 
 
 class ModalEnergies:
-    """Energies as `substep.structures.march.histories.Energies` adds them up, of many steps at once.
+    """Energies as `substep.structures.march.energies.Energies` adds them up, of many steps at once.
 
     The matrices of modes are diagonal. Work is that of the loads on these modes.
     """
@@ -49,8 +49,7 @@ class ModalEnergies:
         kinetic, strain, along, odd, even = self.found[: done + 1, :5].T
         moved, rates = self.found[1 : done + 1, 5 : 5 + J], self.found[: done + 1, 5 + J :]
         steps = np.arange(done + 1)
-        first, origin, _ = self.steps.begin
-        f, half = (loaded_by(origin + (first + at) * h) for at in (steps, steps[1:] - 0.5))
+        f, half = (loaded_by(self.steps.begin.time(h, at)) for at in (steps, steps[1:] - 0.5))
         work = 0.5 * ((f[:-1] + f[1:]) * moved).sum(axis=1)
         finer = of_work((f[:-1], half, f[1:]), moved, (rates[:-1], rates[1:]), h, np.multiply).sum(axis=1)
         finer -= odd[1:] * (h / 12) + even[1:] / (20 * h)

@@ -211,10 +211,7 @@ def _stands(
 ) -> State:
     """Where a superposition stands with modal coordinates q, q', q'' (3, m)."""
     of = whose(scheme, kind_of(modes)) if history or more else ""
-    return State(
-        steps.time(done), *(modes.shapes @ q for q in coordinates), history, of, steps.dt, steps.begin.first + done,
-        steps.begin.origin, more=more,
-    )  # fmt: skip
+    return steps.state(done, *(modes.shapes @ q for q in coordinates), history=history, of=of, more=more)
 
 
 def _sum(blocks: list[Array], summed: list[Array], to: Array) -> None:

@@ -9,10 +9,9 @@ import numpy as np
 from ...core.scenes import Scene, scene
 from ...core.schemes import scheme, schemes
 from ...exact.periods import period
+from ..step_counts import SAMPLES
 from .measure import Run, measure
 from .reference import Reference, reference
-
-SAMPLES = 50  # intervals of the grid on which errors are reported; the largest step is one of them
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from ...core.style import COLOURS, styled
 from ...core.threads import serial
 from ...figures.charts import save
 from ...marching.scene_lanes import march_lanes
+from ..step_counts import SAMPLES
 from . import peers as others
-from .cases import SAMPLES
 from .charts import SECTION, order
 from .measure import measure, timed
 from .reference import Reference, reference

@@ -98,14 +98,18 @@ def measure(exact: Reference, scheme: Scheme, steps: int, repeats: int, model: S
     t_end = float(exact.t[-1])
     dt, stride = t_end / steps, steps // (len(exact.t) - 1)
 
-    def run() -> Response:
-        return marched(scene, scheme, dt, t_end, stride=stride)
+    r, seconds, errors = measured(exact, scene, lambda: marched(scene, scheme, dt, t_end, stride=stride), repeats)
+    return Run(scheme.name, dt, steps, r.status, cost(scene, scheme, r, steps), seconds, errors)
 
-    r, seconds = run(), np.nan  # the first run compiles
+
+def measured(
+    exact: Reference, scene: Scene, run: Callable[[], Response], repeats: int
+) -> tuple[Response, float, dict[str, Errors]]:
+    """The response of run(), its median time in s after a run that compiles, NaN for no repeats, and its errors."""
+    r, seconds = run(), np.nan
     if repeats:
         r, seconds = timed(run, repeats)
-    errors = against(exact, scene, r.u, r.v, r.a) if r.status == "completed" else failed(exact, scene)
-    return Run(scheme.name, dt, steps, r.status, cost(scene, scheme, r, steps), seconds, errors)
+    return r, seconds, against(exact, scene, r.u, r.v, r.a) if r.status == "completed" else failed(exact, scene)
 
 
 def against(exact: Reference, scene: Scene, u: Array, v: Array, a: Array) -> dict[str, Errors]:

@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from heapq import heappop, heappush
-from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,7 @@ from ...core.schemes import Scheme, scheme, schemes
 from ...core.style import COLOURS, REFERENCE, look, name_curves, styled
 from ...figures.charts import save
 from ...run.clock import end_asked
-from .cases import SAMPLES
+from ..step_counts import FINER, PHASES, SAMPLES, ladder
 from .charts import SECTION
 from .measure import Run, measure, quantities, shared
 from .reference import MOST_STEPS, Reference, reference
@@ -26,8 +25,6 @@ from .tolerance_runs import TOLERANCES, least, measure_chosen
 
 MOST_OPERATIONS = 2e8  # of one run, some tenths of a second
 REPEATS = 20  # of the run that is recommended
-PHASES = 8  # errors are reported at least this often in a vibration
-FINER = 100  # the reference is this many times more accurate than is wished of a run
 
 
 @dataclass(frozen=True)
@@ -139,14 +136,6 @@ def rigid(scene: Scene) -> tuple[Scene, ...]:
     if scene.info.declaration is not None or not scene.name.startswith("elastic_pendulum"):
         return ()
     return (make_scene("rigid_pendulum", **{name: scene.parameters[name] for name in ("L", "m", "v0")}),)
-
-
-def ladder(samples: int = SAMPLES) -> Iterator[int]:
-    """Numbers of steps: 1, 2, 3, 4, 6, 8, 12, ... times the intervals on which errors are reported."""
-    yield samples
-    for k in count(1):
-        yield samples << k
-        yield 3 * samples << (k - 1)
 
 
 def sampled_reference(scene: Scene, t_end: float, wished: float, quantity: str) -> Reference:

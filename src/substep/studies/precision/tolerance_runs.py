@@ -11,7 +11,7 @@ from ...core.scenes import Scene
 from ...core.schemes import Scheme
 from ...marching.adaptive import adaptive_kernels
 from ...marching.run import marched
-from .measure import LONG, Cost, Run, against, failed, timed
+from .measure import LONG, Cost, Run, measured
 from .reference import Reference
 
 TOLERANCES = tuple(10.0 ** (-k / 2) for k in range(2, 25))  # 0.1, 0.03, ... 1e-12
@@ -40,10 +40,7 @@ def measure_chosen(exact: Reference, scheme: Scheme, tol: float, repeats: int, m
     def run() -> Response:
         return marched(scene, scheme, t_end=t_end, tol=tol, chosen={"grid": exact.t}, energy_bound=bound)
 
-    r, seconds = run(), np.nan  # the first run compiles
-    if repeats:
-        r, seconds = timed(run, repeats)
-    errors = against(exact, scene, r.u, r.v, r.a) if r.status == "completed" else failed(exact, scene)
+    r, seconds, errors = measured(exact, scene, run, repeats)
     return Run(scheme.name, np.nan, steps_of(r), r.status, cost(scene, scheme, r), seconds, errors, tol)
 
 

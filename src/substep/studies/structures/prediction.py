@@ -19,10 +19,9 @@ from ...structures.modes.modal_lanes import modal_lanes
 from ...structures.modes.superposition import coordinates, residual_flexibility
 from ...structures.solvers.low_rank import LowRank
 from ...structures.structure import Modes
+from ..step_counts import FINER, PHASES, SAMPLES
 
-SAMPLES, PHASES = 50, 8  # errors are reported at least so often, and so often in a vibration
 SIGNIFICANT = 0.01  # of the largest displacement: a mode that vibrates with less does not count for PHASES
-FINER = 100  # the reference is this many times more accurate than is wished of a run
 ROUNDING = 1e-12  # but no more accurate than this
 MOST_STEPS = 1 << 22  # of the reference
 BEYOND = 1e3  # times the last known frequency: up to there unknown ones are looked for

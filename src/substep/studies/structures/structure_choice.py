@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import count
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -16,6 +15,7 @@ from ...structures.march.refusals import require_linear
 from ...structures.march.response import StructureResponse
 from ...structures.model.given import Dof
 from ...structures.structure import Modes, Structure
+from ..step_counts import ladder
 from .prediction import Parts, Prediction
 
 Model = Literal["any", "direct", "modal"]
@@ -162,7 +162,7 @@ def choose(
     assert prediction.scale > 0.0  # raises for one that does not move, before anything is tried
     tried: list[StructureCandidate] = []
     bests: dict[bool, StructureCandidate] = {}  # of the whole structure, and of modes
-    for n in _ladder(prediction.rows):
+    for n in ladder(prediction.rows):
         within = [s for s in methods if n * _of_modes(known, s, len(known)) <= MOST_OPERATIONS]
         kinds = {s: found for s in within if (found := _may_be_less(known, s, n, model, bests))}
         if not kinds:
@@ -189,14 +189,6 @@ def choose(
 def known_modes(structure: Structure, n: int | None = None) -> Modes:
     """The modes by which a motion is known: n, by default 60, or all where there are fewer. Raises as they do."""
     return structure.modes(min(MODES, structure.size - len(structure.massless)) if n is None else n)
-
-
-def _ladder(rows: int) -> Iterator[int]:
-    """Numbers of steps: 1, 2, 3, 4, 6, 8, 12, ... times the intervals on which errors are reported."""
-    yield rows
-    for k in count(1):
-        yield rows << k
-        yield 3 * rows << (k - 1)
 
 
 def _candidates(p: Prediction, s: Scheme, n: int, kinds: Sequence[bool]) -> Iterator[StructureCandidate]:

@@ -1,0 +1,61 @@
+"""The loop over time of a structure: a clock proposes steps, each is computed, and the clock judges what came of it.
+
+There are two clocks: `FixedSteps` accepts each step as it comes, `ChosenSteps` estimates its error and may reject it.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple, Protocol
+
+from ...core.arrays import Array
+from ...core.response import Status
+from .newton import NewtonFailed
+from .steps import StructureSteps
+
+
+class Trial(NamedTuple):
+    """A step of length h to the time t, s: X (V, n), begun by march, and of each system the loads (J,) and an instant.
+
+    advanced: whether it was begun by `StructureSteps.advance`.
+    """
+
+    march: StructureSteps
+    X: Array
+    loads: Sequence[Array]
+    times: Sequence[float]
+    t: float
+    h: float
+    advanced: bool = False
+
+
+class Clock(Protocol):
+    """What gives a march its steps; done: how many of the total units of progress are; status: how the march ended."""
+
+    unit: str
+    total: int
+    done: int
+    status: Status
+
+    def trials(self) -> Iterator[Trial]:
+        """The steps to compute, one after another, until the end or until the status says why there is none."""
+        ...
+
+    def accepted(self, step: Trial) -> bool:
+        """Whether the step counts, now that it is complete; then the next one goes on from it."""
+        ...
+
+    def failed(self, step: Trial) -> None:
+        """Take note that Newton's iteration has not converged in the step."""
+        ...
+
+
+def steps_taken(clock: Clock) -> Iterator[Trial]:
+    """The steps of a march that count, complete; X is written anew in the step after the next."""
+    for step in clock.trials():
+        try:
+            step.march.complete(step.X, step.loads, step.times, advanced=step.advanced)
+            counts = clock.accepted(step)
+        except NewtonFailed:
+            clock.failed(step)
+        else:
+            if counts:
+                yield step
