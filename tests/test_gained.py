@@ -126,3 +126,14 @@ def test_studies_march_without_a_word() -> None:
         warnings.simplefilter("error")
         r = marched(FREE, "central_difference", 1.0, 40.0)
     assert r.energy[-1] > 1e80
+
+
+@pytest.mark.parametrize("scheme", ["central_difference", "bathe", "houbolt"])  # the last starts by another one
+@pytest.mark.parametrize("name", ["penalty_bounce", "duffing"])
+def test_the_growth_by_which_most_runs_are_passed_over_bounds_every_row(name: str, scheme: str) -> None:
+    whole = ss.scene(name)
+    r = marched(whole, scheme, 1e-4, 0.02)
+    assert r.growth == pytest.approx(r.energy.max() / r.energy[0], rel=1e-12)
+    assert marched(whole, scheme, 1e-4, 0.02, 10).growth == r.growth  # also of rows that are not kept
+    on = marched(whole, scheme, 1e-4, 0.03, start=r)
+    assert on.growth == pytest.approx(on.energy.max() / on.energy[0], rel=1e-12)

@@ -24,7 +24,7 @@ def gained(r: Response, dt: float | None) -> str:
     more than ten times that at the start, by more than half of the largest kinetic energy: so that an energy which
     cancels at the start does not count.
     """
-    if r.status != "completed" or len(r.u) < 2:
+    if r.growth <= TIMES or r.status != "completed" or len(r.u) < 2:
         return ""
     if r.scene.info.oscillator and dt is not None:
         return _unstable(r, dt)
@@ -47,8 +47,9 @@ def gained(r: Response, dt: float | None) -> str:
 def _unstable(r: Response, dt: float) -> str:
     """That the step is unstable on a linear oscillator, if its growth explains the energy at the end."""
     assert r.scene.info.oscillator is not None
-    omega, xi = (float(x) for x in r.scene.info.oscillator(*r.scene.parameters.values())[:2])
-    first, last = (max(abs(omega * float(r.u[row, 0])), abs(float(r.v[row, 0]))) for row in (0, -1))
+    omega, xi, _ = r.scene.info.oscillator(*r.scene.parameters.values())
+    first = max(abs(omega * r.u.item(0)), abs(r.v.item(0)))
+    last = max(abs(omega * r.u.item(-1)), abs(r.v.item(-1)))
     if not last > math.sqrt(TIMES) * first or xi < 0.0 or r.scheme.A_stable:  # xi < 0: of a motion that grows by itself
         return ""
     Omega, steps = omega * dt, (r.t[-1] - r.t[0]) / dt

@@ -178,7 +178,9 @@ def marched(
     rows = lanes.out[0, : n_done // stride + 1]
     status, iterations = STATUSES[int(lanes.status[0])], lanes.iterations[0, :n_done]
     known = "scene", labels, lanes.state[0]
-    return _response(scene, scheme, steps, rows, n_done, status, iterations, state, known)
+    first, largest = abs(float(lanes.first[0])), float(lanes.peak[0])
+    growth = largest / first if first else math.inf
+    return _response(scene, scheme, steps, rows, n_done, status, iterations, state, known, growth)
 
 
 def _on_scene(scene: Scene, state: State) -> State:
@@ -220,6 +222,7 @@ def _response(
     iterations: Any,
     started: State | None,
     known: tuple[str, Sequence[str], Array] | None,
+    growth: float = math.inf,
 ) -> Response:
     """The response from rows (steps, 3, d) of u, v, a, or (steps, 2, d) of u, v for a scheme without its own a.
 
@@ -231,7 +234,7 @@ def _response(
     last = partial(_stands, scheme, steps, (len(rows) - 1) * steps.stride, n_done, rows[-1], known)
     return Response(
         rows[:, 0], rows[:, 1], iterations, status, failed, scene, scheme, steps.stride * steps.dt, own_a,
-        steps.times(len(rows)), started=started, last=last,
+        steps.times(len(rows)), started=started, last=last, growth=growth,
     )  # fmt: skip
 
 
