@@ -16,6 +16,7 @@ from ..core import coefficients
 from ..core.arrays import Array
 from ..core.between_steps import Event, ascending, ended, require_reached, sampled
 from ..core.errors import called_as, real_number, unknown_name, warn
+from ..core.loads import behind_jump
 from ..core.memory import require_histories
 from ..core.response import STATUSES, Response, Status
 from ..core.scenes import Scene, scene_info, scenes
@@ -162,7 +163,7 @@ def marched(
     steps = steps_of(dt, tol, t_end, stride=stride, length=scene.length, start=state, chosen=chosen)
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
     if isinstance(steps, Control):
-        return march_adaptive(scene, scheme, steps, bound=bound, start=state)
+        return march_adaptive(scene, scheme, steps, bound=bound, start=state and _behind_jump(scene, state))
     n, stride = steps.n, steps.stride
     if scene.info.oscillator:
         require_histories(n, stride, 3, 0 if bound == math.inf else 3)
@@ -195,6 +196,17 @@ def _on_scene(scene: Scene, state: State) -> State:
     if state.a is not None:
         return state
     return replace(state, a=scene.acceleration(np.array([state.t]), state.u[None], state.v[None])[0])
+
+
+def _behind_jump(scene: Scene, state: State) -> State:
+    """The state with the acceleration under the load just after its time, where the load jumps there.
+
+    A run that has ended at the jump has the one before it, and chosen steps begin anew.
+    """
+    force = behind_jump(scene.load, state.t)
+    if force is None:
+        return state
+    return replace(state, a=scene.acceleration(np.array([state.t]), state.u[None], state.v[None], force)[0])
 
 
 def _vectors(scene: Scene, state: State | None) -> tuple[Array, Array, Array]:
