@@ -29,6 +29,7 @@ from .adaptive import march_adaptive
 from .gained import gained
 from .linear import LinearLanes, march_linear
 from .oscillators import Oscillators
+from .passed_over import passed_over
 from .scene_lanes import march_lanes, pair_kernels
 
 if TYPE_CHECKING:
@@ -101,7 +102,9 @@ def march(
     Raises ValueError for dt <= 0, for t_end that is not a multiple of dt, for tol <= 0, for both or neither of dt and
     tol, for a scheme whose parameters are arrays or that cannot change its step, and for a load that is not finite. A
     run that fails does not raise: see Response.status. Warns where a completed run of a scene has gained energy that
-    nothing gave it, tenfold or more: on a linear oscillator at an unstable step, on others where they conserve it.
+    nothing gave it, tenfold or more: on a linear oscillator at an unstable step, on others where they conserve it; and
+    where dt, as one in ms, passes over a whole record or pulse, or over half a period of the load or a loaded
+    oscillator.
 
     >>> r = ss.march(ss.scene("linear_oscillator", omega=2 * np.pi), "bathe", dt=0.05, t_end=1.0)
     >>> r.status, r.u.shape
@@ -129,8 +132,12 @@ def march(
 
 
 def _warned(r: Response, dt: float | None) -> Response:
-    """The response, with a warning where a scheme has gained energy on a scene; a structure's march has its own."""
-    if not hasattr(r.scene, "march") and (said := gained(r, dt)):
+    """The response, with a warning where steps pass over what they are to follow, or have gained energy on a scene.
+
+    A structure's march has its own of energy.
+    """
+    said = "" if hasattr(r.scene, "march") else gained(r, dt)
+    if said := said or (passed_over(r, dt) if dt else ""):
         warn(said)
     return r
 
