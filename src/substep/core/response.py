@@ -1,5 +1,6 @@
 """What a march returns."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -75,6 +76,7 @@ class Response:
     last: Callable[[], State] | None = None  # where it stands, as far as the march knows it
     memories: Array | None = None  # (n+1, k) what the laws of the scene remember
     t_events: Array | None = None  # s, where the march was to end at an event: of each the time, NaN without one
+    growth: float = math.inf  # the largest energy of a step over that of the start is at most this
 
     @cached_property
     def state(self) -> State:

@@ -110,8 +110,12 @@ class Scene:
         """
         return self._evaluate("energy", t, u, v, memory=memory)
 
-    def acceleration(self, t: Array, u: Array, v: Array, memory: Array | None = None) -> Array:
-        """Acceleration (..., d) from the equation of motion."""
+    def acceleration(
+        self, t: Array, u: Array, v: Array, memory: Array | None = None, *, force: float | None = None
+    ) -> Array:
+        """Acceleration (..., d) from the equation of motion; force: in place of the load's at t."""
+        if force is not None:
+            return self._evaluate("acceleration", t, u, v, force, memory=memory)
         at = np.asarray(t)[None] if isinstance(self.load, LoadLanes) and np.ndim(u) > np.ndim(t) + 1 else t
         return self._evaluate("acceleration", t, u, v, self.forces(at), memory=memory)
 

@@ -37,8 +37,8 @@ class Lanes:
     memory (P, rows, k): what laws remember there; state (P, m, d): last good state, rows as the kernel's STATE;
     remembered (P, k): what laws remember there; newton (P, 2, balances): Newton iterations of the
     steps completed, their sum and the most in one step; iterations (P, steps, balances): those of each step, no steps
-    unless asked for; peak (P,): largest energy from t = 0 on, J; n_done (P,): steps completed; status (P,): index in
-    response.STATUSES.
+    unless asked for; first, peak (P,): the energy at the start and the largest from there on, J; n_done (P,): steps
+    completed; status (P,): index in response.STATUSES.
     """
 
     out: Array
@@ -47,6 +47,7 @@ class Lanes:
     remembered: Array
     newton: NDArray[np.int64]
     iterations: NDArray[np.int64]
+    first: Array
     peak: Array
     n_done: NDArray[np.int64]
     status: NDArray[np.int64]
@@ -137,7 +138,8 @@ def march_lanes(
         for k, (kind, _) in enumerate(module.STATE):
             arrays["state"][:, k] = arrays[kind]
     _run(module, arrays, P, steps // stride + 1, reader, len(scene.info.memory))
-    peak = np.maximum(arrays["peak"], scene.energy(np.zeros(P), u, v, memory))
+    energy = scene.energy(np.zeros(P), u, v, memory)
+    peak = np.maximum(arrays["peak"], energy)
     if head is not None:
         early = head.n_done < np.minimum(n, arrays["first"])
         for name in ("n_done", "status"):
@@ -151,7 +153,7 @@ def march_lanes(
     names = "newton", "iterations", "n_done", "status"
     return Lanes(
         out=out[:, :, :reported], memory=memory_in(out, reported, k), state=state[:, :kept],
-        remembered=memory_in(state, kept, k), peak=peak, **{name: arrays[name] for name in names},
+        remembered=memory_in(state, kept, k), first=energy, peak=peak, **{name: arrays[name] for name in names},
     )  # fmt: skip
 
 
