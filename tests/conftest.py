@@ -1,9 +1,11 @@
 """What several test files use: fixtures, and the settings with which hypothesis draws examples."""
 
 import os
+import sys
 import zlib
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +20,8 @@ COMMON = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
 settings.register_profile("gate", derandomize=True, **COMMON)
 settings.register_profile("search", print_blob=True, **COMMON)
 settings.load_profile("search" if os.environ.get("SUBSTEP_VERIFY") else "gate")
+
+DEAR = ("yoshida6",)  # of fifteen stages: what takes tenths of a second for schemes of its kind takes seconds for it
 
 
 def whole_gate(config: pytest.Config) -> bool:
@@ -37,9 +41,12 @@ def pytest_configure_node(node: Any) -> None:
 def pytest_configure() -> None:
     """Keep what compilation allocates out of this process, and what is printed on first use out of the user's cache.
 
-    Modules are named by what they are printed from, so all workers, and the next run, share them.
+    Modules are named by what they are printed from, so all workers, and the next run, share them. So they do bytecode,
+    even where Python is told not to keep any: else each of some hundred processes would compile the same files again.
     """
     compile_apart()
+    sys.dont_write_bytecode = False
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     os.environ.setdefault("SUBSTEP_CACHE", str(Path(__file__).parents[1] / ".pytest_cache" / "modules"))
 
 
@@ -52,6 +59,17 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
         config.get_terminal_writer().line("kernels that all schemes share are compiled, or read from numba's cache")
         compile_shared()
+
+
+def pytest_collection(session: pytest.Session) -> None:
+    """In a whole run, read the test files in the second worker from the last to the first.
+
+    pytest rewrites the assertions of each file, which takes longer than all else before the tests, and keeps the
+    result: so each of two workers rewrites one half, and finds the other there.
+    """
+    if whole_gate(session.config) and os.environ.get("PYTEST_XDIST_WORKER") == "gw1":
+        for path in sorted(Path(__file__).parent.glob("test_*.py"), reverse=True):
+            import_module(path.stem)
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -100,12 +118,13 @@ def _schemes(item: pytest.Item) -> list[str]:
 def in_gate(function: str, named: Sequence[str], kinds: Mapping[str, object]) -> bool:
     """Whether the gate runs the test for what its parameters name: one scheme of each kind, or anything else.
 
-    kinds: of each scheme; which one stands for its kind follows from the test's name.
+    kinds: of each scheme; which one stands for its kind follows from the test's name. Those that are `DEAR` do so in
+    few tests, besides those that run for every scheme.
     """
     schemes = [name for name in named if name in kinds]
     if not schemes:
         return True
-    alike = [name for name in kinds if kinds[name] == kinds[schemes[0]]]
+    alike = [n for n in kinds if kinds[n] == kinds[schemes[0]] for _ in range(1 if n in DEAR else 8)]
     return schemes[0] == alike[zlib.crc32(function.encode()) % len(alike)]
 
 

@@ -23,6 +23,7 @@ from substep.core.scenes import scene_info
 from substep.core.schemes import scheme_info
 
 ROOT = Path(__file__).parents[1]
+COMPILED = ("spectra",)  # pages whose runs take longer in plain Python than it takes to compile what all schemes share
 LONG = ("adding_a_scene", "structures", "sweeps")  # pages whose blocks take long: left to `make verify`
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 NOT_RUN = (  # beginnings of commands that the pages show and that are parsed only
@@ -84,7 +85,7 @@ def test_every_block_has_a_language(page: Path) -> None:
     ids=lambda page: page.stem,
 )
 def test_python_blocks_run(page: Path, tmp_path: Path) -> None:
-    """In the gate without compiling, which other tests do; compiled in `make verify`."""
+    """In the gate without compiling but for `COMPILED`, for other tests do that; compiled in `make verify`."""
     lines: list[str] = []  # each line of the program has the number that it has in the page
     for first, block in blocks(page, "python"):
         lines += [""] * (first - 1 - len(lines)) + block.splitlines()
@@ -95,7 +96,7 @@ def test_python_blocks_run(page: Path, tmp_path: Path) -> None:
     program.write_text("\n".join(lines), encoding="utf-8")
     paths = os.pathsep.join([str(tmp_path), *(path for path in sys.path if path)])
     environment = {**os.environ, "MPLBACKEND": "Agg", "PYTHONPATH": paths}
-    if not os.environ.get("SUBSTEP_VERIFY"):
+    if not os.environ.get("SUBSTEP_VERIFY") and page.stem not in COMPILED:
         environment["NUMBA_DISABLE_JIT"] = "1"
     command = [sys.executable, "-W", "error::DeprecationWarning:__main__", str(program)]
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
@@ -134,9 +135,9 @@ def test_commands_are_taken_by_the_command_line(page: Path, tmp_path: Path, monk
         assert exact_options(context.args).keys() <= known, line
 
 
-def uncompiled(program: str, *arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    """A program of Python run in a folder of its own, where nothing is compiled."""
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "NUMBA_DISABLE_JIT": "1"}
+def run_apart(program: str, *arguments: str, folder: Path, **more: str) -> subprocess.CompletedProcess[str]:
+    """A program of Python run in a folder of its own, with `more` in its environment."""
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), **more}
     command = [sys.executable, "-c", program, *arguments]
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -154,19 +155,19 @@ def files_that_pages_name(folder: Path) -> None:
 
 
 def test_commands_run(tmp_path: Path) -> None:
-    """Lines of shell blocks, all but `NOT_RUN`, in one process."""
+    """Lines of shell blocks, all but `NOT_RUN`, in one process; the kernels that they call are compiled ahead."""
     shown = [x for page in PAGES for _, block in blocks(page, "sh", "bash") for x in block.splitlines()]
     shown = [x for x in shown if x.startswith("substep ")]
     assert all(any(x.startswith(beginning) for x in shown) for beginning in NOT_RUN)
     files_that_pages_name(tmp_path)
     run = list(dict.fromkeys(shlex.join(shlex.split(x, comments=True)) for x in shown if not x.startswith(NOT_RUN)))
     assert len(run) > 15
-    failed = json.loads(uncompiled(COMMANDS, json.dumps(run), folder=tmp_path).stdout)
+    failed = json.loads(run_apart(COMMANDS, json.dumps(run), folder=tmp_path).stdout)
     assert failed == {}
 
 
 def test_examples_of_docstrings_run(tmp_path: Path) -> None:
-    done = uncompiled(EXAMPLES, folder=tmp_path)
+    done = run_apart(EXAMPLES, folder=tmp_path, NUMBA_DISABLE_JIT="1")
     *reports, last = done.stdout.splitlines()
     found = json.loads(last)
     assert [name for name, (_, failed) in found.items() if failed] == [], reports

@@ -303,6 +303,7 @@ def test_rows_at_any_time_keep_the_order_of_the_scheme(scheme: str) -> None:
     assert np.array_equal(ends.v, steps.v)
 
 
+@pytest.mark.usefixtures("plain_adaptive")
 @pytest.mark.parametrize("model", ["oscillator", "structure", "modes"])
 @pytest.mark.parametrize("steps", [{"dt": 0.01}, {"tol": 1e-8}])
 def test_a_run_ends_at_the_first_of_its_events(model: str, steps: dict[str, float]) -> None:
