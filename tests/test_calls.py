@@ -212,3 +212,17 @@ def test_the_point_beyond_reach_is_found_among_many() -> None:
         BATHE.amplification([1.0, 1e200])
     Omega[17_000] = 1e-200
     assert BATHE.numerical_damping(Omega)[17_000] == 0.0
+
+
+@pytest.mark.parametrize("package", ["substep_audit", "substep_audit.programs", "substep.cli", "study", "substeps", ""])
+def test_a_warning_points_at_the_line_outside_of_ours_and_what_extends_it(package: str) -> None:
+    """Ours are substep and packages whose name begins with it and an underscore, as those of extras/."""
+    module: dict[str, Any] = {"__package__": package, "unstable": OSCILLATOR, "march": ss.march}
+    exec(
+        compile("def run():\n    march(unstable, 'central_difference', dt=1.0, t_end=40.0)", "theirs.py", "exec"),
+        module,
+    )
+    with pytest.warns(UserWarning, match="central_difference is unstable") as warned:
+        module["run"]()
+    ours = package.partition(".")[0] in ("substep", "substep_audit")
+    assert [w.filename for w in warned] == [__file__ if ours else "theirs.py"]

@@ -58,6 +58,13 @@ def test_a_scheme_that_gains_energy_at_every_step_is_not_helped_by_a_shorter_one
     )
 
 
+def test_an_alpha_of_the_other_sign_is_named() -> None:
+    text = said(FREE, ss.scheme("hht_alpha", alpha=0.1), dt=0.1, t_end=100.0)
+    assert text.endswith("Hilber, Hughes and Taylor, from -1/3 to 0, so that 0.1 elsewhere is -0.1 here")
+    assert said(FREE, ss.scheme("hht_alpha", alpha=-0.1), dt=0.1, t_end=100.0) == ""
+    assert "Hilber" not in said(FREE, ss.scheme("newmark", gamma=0.4), dt=0.1, t_end=100.0)
+
+
 def test_under_a_load_an_unstable_step_is_told_from_resonance() -> None:
     """At rest under a load that swells it for four hundred radians, energy grows without bound in the motion itself."""
     driven = ss.scene("linear_oscillator", omega=OMEGA, u0=0.0, load=ss.Harmonic(1.0, omega=OMEGA))
@@ -126,3 +133,14 @@ def test_studies_march_without_a_word() -> None:
         warnings.simplefilter("error")
         r = marched(FREE, "central_difference", 1.0, 40.0)
     assert r.energy[-1] > 1e80
+
+
+@pytest.mark.parametrize("scheme", ["central_difference", "bathe", "houbolt"])  # the last starts by another one
+@pytest.mark.parametrize("name", ["penalty_bounce", "duffing"])
+def test_the_growth_by_which_most_runs_are_passed_over_bounds_every_row(name: str, scheme: str) -> None:
+    whole = ss.scene(name)
+    r = marched(whole, scheme, 1e-4, 0.02)
+    assert r.growth == pytest.approx(r.energy.max() / r.energy[0], rel=1e-12)
+    assert marched(whole, scheme, 1e-4, 0.02, 10).growth == r.growth  # also of rows that are not kept
+    on = marched(whole, scheme, 1e-4, 0.03, start=r)
+    assert on.growth == pytest.approx(on.energy.max() / on.energy[0], rel=1e-12)

@@ -108,6 +108,10 @@ def test_a_history_of_all_degrees_of_freedom_is_that_of_the_free_ones() -> None:
         ({"history": 3.0}, "expected history of start as rows"),
         ({"history": {"u": [5.0, 0, 0], "u[-1]": np.zeros(3), "u[-2]": np.zeros(3)}}, "to be what u of start says"),
         ({"history": {"u": np.zeros(3), "u[-1]": 0.0, "u[-2]": np.zeros(3)}}, "3 components"),
+        (
+            {"history": {"u": np.zeros(3), "u[-1]": np.zeros(3), "u[-2]": np.zeros(3), "u[-3]": np.ones(3)}},
+            r"no u\[-3\] in the history of start, for a scheme that carries u, u\[-1\], u\[-2\]; leave it out",
+        ),
     ],
 )
 def test_a_history_that_cannot_be_is_refused(change: dict[str, Any], match: str) -> None:
@@ -301,3 +305,44 @@ def test_a_structure_goes_on_after_a_failure_as_if_there_had_been_none(failure: 
     rest, whole = ss.march(frame, scheme, **options, start=part), ss.march(frame, scheme, **options)
     assert np.array_equal(rest.u[1:], whole.u[len(part.u) :])
     assert np.array_equal(rest.v[1:], whole.v[len(part.u) :])
+
+
+def test_a_history_of_a_scene_has_no_rows_that_its_scheme_does_not_carry() -> None:
+    rows = {"u": 1.0, "h*v": 0.0, "h^2*a": 0.0}
+    with pytest.raises(ValueError, match=r"no h\^2\*a in the history of start, for a scheme that carries u, h\*v; "):
+        ss.march(SPRING, "rk4", dt=0.1, t_end=1.0, start={"u": 1.0, "v": 0.0, "history": rows})
+    del rows["h^2*a"]
+    ss.march(SPRING, "rk4", dt=0.1, t_end=1.0, start={"u": 1.0, "v": 0.0, "history": rows})
+
+
+@pytest.mark.parametrize("scheme", ["newmark", "bathe", "generalized_alpha"])
+@pytest.mark.parametrize(
+    ("load", "t"), [(ss.Step(2.0, start=0.5), 0.5), (ss.Record(0.1, [3.0] * 4), 0.3), (ss.Record(0.1, [3.0] * 4), None)]
+)
+def test_chosen_steps_that_begin_where_a_load_jumps_feel_it_from_there_on(scheme: str, load: Any, t: float) -> None:
+    """The last is one unit in the last place later: 3*0.1 is not 0.3. Two stages are as good as the run in one."""
+    t = 0.1 * 3 if t is None else t
+    pushed = ss.scene("linear_oscillator", omega=3.0, u0=0.0, load=load)
+    first = ss.march(pushed, scheme, tol=1e-6, t_end=t)
+    then = ss.march(pushed, scheme, tol=1e-6, t_end=2.0, start=first)
+    before, behind = (0.0, 2.0) if isinstance(load, ss.Step) else (3.0, 0.0)
+    assert first.a[-1, 0] == pytest.approx(before - 9.0 * first.u[-1, 0], abs=0.03)
+    assert then.a[0, 0] == pytest.approx(behind - 9.0 * first.u[-1, 0], abs=1e-12)
+    u, v, rest = (
+        before / 9 * (1 - np.cos(3 * t)),
+        before / 3 * np.sin(3 * t),
+        behind / 9,
+    )  # at t, and about which it is then
+    exact = rest + (u - rest) * np.cos(3 * (2 - t)) + v / 3 * np.sin(3 * (2 - t))
+    assert then.u[-1, 0] == pytest.approx(exact, abs=7e-5)
+
+
+@pytest.mark.parametrize("model", [SPRING, frame(), "duffing"])
+@pytest.mark.parametrize("end", [-1.0, 1.0])
+def test_chosen_steps_do_not_begin_before_0(model: Any, end: float) -> None:
+    """Where they would pass jumps of a load at 0 without ending there."""
+    size = 3 if isinstance(model, ss.Structure) else 1
+    start = {"t": -2.0, "u": np.ones(size), "v": np.zeros(size)}
+    with pytest.raises(ValueError, match="a start at t >= 0 where steps are chosen, got t = -2, .*give dt"):
+        ss.march(model, "bathe", tol=1e-4, t_end=end, start=start)
+    assert ss.march(model, "bathe", dt=0.1, t_end=end, start=start).t[0] == -2.0

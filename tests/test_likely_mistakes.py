@@ -126,6 +126,41 @@ def test_an_array_whose_unit_cannot_be_m_per_s_2_is_asked_about(scale: float, re
     assert ss.intensity(record, dt=0.02, unit="cm/s^2").pga == pytest.approx(0.01 * scale)
 
 
+SHAKEN_FOR_4_S = ss.Record(0.02, SHAKEN)
+
+
+@pytest.mark.parametrize(
+    ("load", "dt", "what"),
+    [
+        (SHAKEN_FOR_4_S, 5.0, "the whole record, 3.98 s"),
+        (ss.HalfSine(1.0, 0.5), 1.0, "the whole pulse, 0.5 s"),
+        (ss.Harmonic(1.0, -2.0), 2.0, "half the period of the load, 1.571 s"),
+        (ss.Step(1.0), 2.0, "half the period of the oscillator, 0.5236 s"),
+        (SHAKEN_FOR_4_S, 2.0, "half the period of the oscillator, 0.5236 s"),
+    ],
+)
+def test_a_step_that_passes_over_what_it_is_to_follow_is_read_in_milliseconds(load: Any, dt: float, what: str) -> None:
+    answer = rf"dt = {dt:g} s is longer than {what}, so that .* take a shorter one: {dt:g} ms are dt = {dt / 1000:g}$"
+    oscillator = ss.scene("linear_oscillator", omega=6.0, load=load)
+    with pytest.warns(UserWarning, match=answer):
+        ss.march(oscillator, "bathe", dt=dt, t_end=10 * dt)
+    ss.march(oscillator, "bathe", dt=0.1, t_end=1.0)
+    ss.march(oscillator, "bathe", tol=1e-3, t_end=1.0)
+    if "oscillator" not in what:
+        frame = ss.structure(np.eye(2), np.diag([4.0, 9.0]), load=[([1.0, 0.0], load)])
+        for model in (frame, frame.modes(2)):
+            with pytest.warns(UserWarning, match=answer):
+                ss.march(model, "bathe", dt=dt, t_end=10 * dt, account=False)
+            ss.march(model, "bathe", dt=0.1, t_end=1.0, account=False)
+
+
+def test_a_short_step_is_not_read_in_milliseconds_and_a_free_oscillator_may_have_any() -> None:
+    pulsed = ss.scene("linear_oscillator", omega=2.0, load=ss.HalfSine(1.0, 0.01))
+    with pytest.warns(UserWarning, match=r"dt = 0.02 s is longer than the whole pulse, 0.01 s, .* a shorter one$"):
+        ss.march(pulsed, "bathe", dt=0.02, t_end=1.0)
+    ss.march(ss.scene("linear_oscillator", omega=2.0), "bathe", dt=1e3, t_end=1e4)
+
+
 def test_where_nothing_can_be_decided_what_is_printed_shows_it() -> None:
     """A step in ms, and an omega that was a frequency in Hz."""
     in_ms = ss.march(ss.scene("linear_oscillator", omega=6.0), "bathe", dt=10.0, t_end=100.0)

@@ -272,6 +272,7 @@ def test_several_steps_from_sample_to_sample(scheme: str, whole: int) -> None:
         assert agree(march_linear(s, o, n, record).out, march_linear(s, o, n, record.__call__).out)
 
 
+@pytest.mark.filterwarnings("ignore:dt = 0.02 s is longer than the whole pulse")  # some are of 0.01 s
 @pytest.mark.parametrize(("load", "names"), CASES, ids=repr)
 @pytest.mark.parametrize("keep", [{"keep": "final"}, {"keep": "peak"}, {"keep": "history", "samples": 5}], ids=str)
 def test_a_sweep_over_parameters_of_a_load_is_one_march(

@@ -30,6 +30,7 @@ def test_histories_that_do_not_fit_are_refused_with_their_size(name: str) -> Non
 
 @pytest.mark.usefixtures("uncompiled")
 def test_the_stride_that_is_named_is_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(memory, "SMALL", 0)
     monkeypatch.setattr(memory, "available_memory", lambda: 24_000)
     for name, parameters in SCENES.items():
         scene = ss.scene(name, **parameters)
@@ -42,6 +43,7 @@ def test_the_stride_that_is_named_is_enough(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_no_stride_is_named_where_each_step_takes_too_much(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(memory, "SMALL", 0)
     monkeypatch.setattr(memory, "available_memory", lambda: 2_000)
     with pytest.raises(MemoryError) as raised:
         ss.march(ss.scene("duffing"), "newmark", dt=0.01, t_end=10.0)

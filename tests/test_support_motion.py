@@ -93,3 +93,19 @@ def test_damping_and_mass_between_supports_and_structure_are_not_left_out_silent
         ss.structure(coupled, K, fixed=[0, 3]).support_motion([0], **moved)
     with pytest.raises(ValueError, match="internal force"):
         ss.structure(M, internal_force=lambda u: K @ u, tangent=lambda u: K, fixed=[0, 3]).support_motion([0], **moved)
+
+
+def test_a_static_start_is_so_with_the_supports_where_they_are_put_at_the_start() -> None:
+    """By the whole chain: K u = f with the supports' displacements given; from there on nothing moves."""
+    weight = np.array([0.0, -3.0, 2.0, 0.0])
+    put = np.array([0.1, 0.0, 0.0, -0.2])
+    expected = np.linalg.solve(K[np.ix_(FREE, FREE)], (weight - K @ put)[FREE])
+    still = chain(load=(weight, ss.Step(1.0)), u0="static")
+    for dof in (0, 3):
+        still = still.support_motion([dof], displacement=ss.Step(put[dof]))
+    r = ss.march(still, "bathe", dt=0.01, t_end=1.0)
+    assert np.abs(r.u[:, FREE] - expected).max() < 1e-12
+    later = chain(load=(weight, ss.Step(1.0)), u0="static").support_motion([0], displacement=ss.Step(0.1, start=0.5))
+    assert later.u0 == pytest.approx(np.linalg.solve(K[np.ix_(FREE, FREE)], weight[FREE]), rel=1e-12)
+    given = chain(load=(weight, ss.Step(1.0))).support_motion([0], displacement=ss.Step(0.1))
+    assert not given.u0.any()  # that is the start that was given

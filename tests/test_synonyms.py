@@ -100,6 +100,17 @@ def test_a_parameter_that_people_write_is_answered_by_ours(given: dict[str, floa
         ss.scene("linear_oscillator", **given)
 
 
+def test_an_alpha_of_another_paper_is_answered_by_the_one_of_the_scheme() -> None:
+    """Both signs as the schemes are the same: HHT at alpha = -0.1 is generalized-alpha at alpha_f = 0.1."""
+    with pytest.raises(ValueError, match="got 'alpha_f'; here it is alpha = -alpha_f"):
+        ss.scheme("hht", alpha_f=0.1)
+    with pytest.raises(ValueError, match="got 'alpha'; here it is alpha_f = -alpha, for HHT's alpha with alpha_m = 0"):
+        ss.scheme("generalized_alpha", alpha=-0.1)
+    chung = ss.scheme("generalized_alpha", alpha_m=0.0, alpha_f=0.1)
+    same = ss.scheme("hht_alpha", alpha=-0.1)
+    assert same.amplification(0.7, 0.05) == pytest.approx(chung.amplification(0.7, 0.05), rel=1e-14, abs=1e-14)
+
+
 @pytest.mark.parametrize(("given", "ours"), {"h": "dt", "time_step": "dt", "tmax": "t_end"}.items())
 def test_an_argument_that_people_write_is_answered_by_ours(given: str, ours: str) -> None:
     with pytest.raises(ValueError, match=f"an argument of march, got '{given}'; here it is {ours};"):

@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
 from functools import wraps
 from importlib import import_module
-from pathlib import Path
 from types import ModuleType
 from typing import Any, ParamSpec, TypeVar, cast
 
@@ -47,6 +46,8 @@ WRITTEN = {
     "tspan": ("t_end", "t_end, as runs begin at t = 0"),
     "t_span": ("t_end", "t_end, as runs begin at t = 0"),
     "delta": ("gamma", "gamma, which Bathe's books call delta"),
+    "alpha_f": ("alpha", "alpha = -alpha_f, the paper's, from -1/3 to 0"),
+    "alpha": ("alpha_f", "alpha_f = -alpha, for HHT's alpha with alpha_m = 0"),
     "spectral_radius": ("rho_inf", "rho_inf, the spectral radius at infinity"),
     "spectralRadius": ("rho_inf", "rho_inf, the spectral radius at infinity"),
     "radius": ("rho_inf", "rho_inf, the spectral radius at infinity"),
@@ -62,7 +63,6 @@ OF_MANY = {
     "f": ("frequencies", "frequencies, in Hz"),
     "frequency": ("frequencies", "frequencies, in Hz"),
 }
-OWN = Path(__file__).parents[1]  # the folder of this package
 P = ParamSpec("P")
 T = TypeVar("T")
 
@@ -90,11 +90,17 @@ def unknown_name(what: str, name: str, known: Iterable[str], lists: str = "") ->
 
 
 def warn(message: str) -> None:
-    """Warn of the line that called this package, however many of its own functions lie between."""
+    """Warn of the line that called this package, or one that extends it, whatever of their functions lies between."""
     level, frame = 1, sys._getframe()  # pyright: ignore[reportPrivateUsage]
-    while frame is not None and Path(frame.f_code.co_filename).is_relative_to(OWN):
+    while frame is not None and _of_ours(frame.f_globals):
         level, frame = level + 1, frame.f_back
     warnings.warn(message, stacklevel=level)
+
+
+def _of_ours(module: Mapping[str, Any]) -> bool:
+    """Whether the names of a module are those of one in this package, or in one whose name begins so, as of extras/."""
+    package = str(module.get("__package__") or "").partition(".")[0]
+    return package == "substep" or package.startswith("substep_")
 
 
 def optional(package: str, what_for: str, extra: str) -> ModuleType:

@@ -205,6 +205,7 @@ class LoadLanes:
 
 ARRAY_OF_TIMES = "expected a load that takes an array of times and returns an array of the same shape"
 VECTORISED = "in it use np.where in place of if, np.sin in place of math.sin, and 0*t + c for a constant c"
+ROUNDING = 1e-12  # by which two times that are the same may differ, relative
 NO_SAMPLES = read_only(np.zeros(2))
 KINDS = (Harmonic, Step, HalfSine)  # whose parameters can differ from lane to lane
 
@@ -273,6 +274,13 @@ def jumps(load: Load | None) -> Array:
     if isinstance(load, Record) and load.samples[-1] != 0.0:
         return np.array([load.dt * (len(load.samples) - 1)])
     return np.empty(0)
+
+
+def behind_jump(load: Load | None, t: float) -> float | None:
+    """The value of a load just behind a jump at the time t, which may differ by rounding; None where there is none."""
+    if load is None or not (np.abs(jumps(load) - t) <= ROUNDING * abs(t)).any():
+        return None
+    return float(load(np.float64(t + 1.0 + abs(t))))  # what jumps stays as it is from there on
 
 
 def as_numbers(load: Load | None) -> tuple[Array, Array]:

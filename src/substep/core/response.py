@@ -1,5 +1,6 @@
 """What a march returns."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -74,6 +75,7 @@ class Response:
     started: State | None = None  # where the march went on from
     last: Callable[[], State] | None = None  # where it stands, as far as the march knows it
     t_events: Array | None = None  # s, where the march was to end at an event: of each the time, NaN without one
+    growth: float = math.inf  # the largest energy of a step over that of the start is at most this
 
     @cached_property
     def state(self) -> State:

@@ -93,8 +93,10 @@ class Scene:
         """Kinetic energy and potential (...,) at times t (...,) for u, v (..., d); inf beyond about 1e154."""
         return self._evaluate("energy", t, u, v)
 
-    def acceleration(self, t: Array, u: Array, v: Array) -> Array:
-        """Acceleration (..., d) from the equation of motion."""
+    def acceleration(self, t: Array, u: Array, v: Array, force: float | None = None) -> Array:
+        """Acceleration (..., d) from the equation of motion; force: in place of the load's at t."""
+        if force is not None:
+            return self._evaluate("acceleration", t, u, v, force)
         at = np.asarray(t)[None] if isinstance(self.load, LoadLanes) and np.ndim(u) > np.ndim(t) + 1 else t
         return self._evaluate("acceleration", t, u, v, self.forces(at))
 

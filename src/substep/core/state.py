@@ -90,7 +90,8 @@ class State:
     def rows(self, labels: Sequence[str], of: str, dt: float) -> Array | None:
         """The rows (m, k) of these labels for a run `of` that scheme and kind in steps of dt, None where not known.
 
-        A history that a user has given is not asked for its scheme; raises ValueError where a label is missing in it.
+        A history that a user has given is not asked for its scheme; raises ValueError where a label is missing in it,
+        or is there which the scheme does not carry.
         """
         if not self.history or (self.of and not self.goes_on(of, dt)):
             return None
@@ -106,6 +107,12 @@ class State:
                 )
             found.append(at)
             self._require_same(label, at, dt)
+        carried = set(bare(labels))
+        if not self.of and (more := [other for other in self.history if _power(other)[1] not in carried]):
+            raise ValueError(
+                f"expected no {', '.join(more)} in the history of start, for a scheme that carries {', '.join(labels)}"
+                "; leave it out, or take the scheme whose history it is"
+            )
         return np.array(found)
 
     def _require_same(self, label: str, x: Array, dt: float) -> None:

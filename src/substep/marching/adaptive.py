@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..core.arrays import Array
 from ..core.kernel_modules import printed
-from ..core.loads import as_numbers, break_points
+from ..core.loads import ROUNDING, as_numbers, break_points
 from ..core.response import STATUSES, Response, Statistics
 from ..core.scenes import Scene
 from ..core.schemes import Scheme
@@ -61,7 +61,7 @@ def lanes_of(
     module = adaptive_kernels(scene, scheme)
     grid = NO_GRID if asked.grid is None else asked.grid
     breaks = NO_GRID if scene.load is None else break_points(scene.load, asked.t_end)
-    breaks = breaks[breaks > asked.t_begin]
+    breaks = breaks[breaks > asked.t_begin * (1.0 + ROUNDING)]
     if grid.size and error.order > module.DEGREE:  # the interpolant would lose what the steps have gained
         breaks = np.union1d(breaks, grid[(grid > asked.t_begin) & (grid < asked.t_end)])
     load, samples = NO_LOAD if scene.load is None else as_numbers(scene.load)

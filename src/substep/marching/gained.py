@@ -24,7 +24,7 @@ def gained(r: Response, dt: float | None) -> str:
     more than ten times that at the start, by more than half of the largest kinetic energy: so that an energy which
     cancels at the start does not count.
     """
-    if r.status != "completed" or len(r.u) < 2:
+    if r.growth <= TIMES or r.status != "completed" or len(r.u) < 2:
         return ""
     if r.scene.info.oscillator and dt is not None:
         return _unstable(r, dt)
@@ -47,8 +47,9 @@ def gained(r: Response, dt: float | None) -> str:
 def _unstable(r: Response, dt: float) -> str:
     """That the step is unstable on a linear oscillator, if its growth explains the energy at the end."""
     assert r.scene.info.oscillator is not None
-    omega, xi = (float(x) for x in r.scene.info.oscillator(*r.scene.parameters.values())[:2])
-    first, last = (max(abs(omega * float(r.u[row, 0])), abs(float(r.v[row, 0]))) for row in (0, -1))
+    omega, xi, _ = r.scene.info.oscillator(*r.scene.parameters.values())
+    first = max(abs(omega * r.u.item(0)), abs(r.v.item(0)))
+    last = max(abs(omega * r.u.item(-1)), abs(r.v.item(-1)))
     if not last > math.sqrt(TIMES) * first or xi < 0.0 or r.scheme.A_stable:  # xi < 0: of a motion that grows by itself
         return ""
     Omega, steps = omega * dt, (r.t[-1] - r.t[0]) / dt
@@ -60,9 +61,19 @@ def _unstable(r: Response, dt: float) -> str:
     stable = _radii(r.scheme, shorter, xi) <= UNSTABLE
     exact = r.scheme.critical_Omega if xi == 0.0 else None
     if exact == 0.0 or not stable[0]:
-        return f"{said}, and above 1 at shorter steps too; take another scheme, or other parameters"
+        return f"{said}, and above 1 at shorter steps too; take another scheme, or other parameters{_sign(r.scheme)}"
     limit = exact if exact and exact < Omega else float(shorter[np.argmin(stable) - 1])
     return f"{said}; it is stable up to omega*dt = {limit:.4g}: take dt up to {limit / omega:.4g} s, or another scheme"
+
+
+def _sign(scheme: Scheme) -> str:
+    """Which alpha may be meant by one of HHT that is above 0, as programs write it that count the other way."""
+    alpha = float(scheme.parameters.get("alpha", 0.0))
+    if scheme.info.declaration is not None or alpha <= 0.0:
+        return ""
+    return (
+        f": alpha is that of Hilber, Hughes and Taylor, from -1/3 to 0, so that {alpha:g} elsewhere is {-alpha:g} here"
+    )
 
 
 def _radii(scheme: Scheme, Omega: Array, xi: float) -> Array:

@@ -16,6 +16,7 @@ from ..core import coefficients
 from ..core.arrays import Array
 from ..core.between_steps import Event, ascending, ended, require_reached, sampled
 from ..core.errors import called_as, real_number, unknown_name, warn
+from ..core.loads import behind_jump
 from ..core.memory import require_histories
 from ..core.response import STATUSES, Response, Status
 from ..core.scenes import Scene, scene_info, scenes
@@ -28,6 +29,7 @@ from .adaptive import march_adaptive
 from .gained import gained
 from .linear import LinearLanes, march_linear
 from .oscillators import Oscillators
+from .passed_over import passed_over
 from .scene_lanes import march_lanes, pair_kernels
 
 if TYPE_CHECKING:
@@ -100,7 +102,9 @@ def march(
     Raises ValueError for dt <= 0, for t_end that is not a multiple of dt, for tol <= 0, for both or neither of dt and
     tol, for a scheme whose parameters are arrays or that cannot change its step, and for a load that is not finite. A
     run that fails does not raise: see Response.status. Warns where a completed run of a scene has gained energy that
-    nothing gave it, tenfold or more: on a linear oscillator at an unstable step, on others where they conserve it.
+    nothing gave it, tenfold or more: on a linear oscillator at an unstable step, on others where they conserve it; and
+    where dt, as one in ms, passes over a whole record or pulse, or over half a period of the load or a loaded
+    oscillator.
 
     >>> r = ss.march(ss.scene("linear_oscillator", omega=2 * np.pi), "bathe", dt=0.05, t_end=1.0)
     >>> r.status, r.u.shape
@@ -128,8 +132,12 @@ def march(
 
 
 def _warned(r: Response, dt: float | None) -> Response:
-    """The response, with a warning where a scheme has gained energy on a scene; a structure's march has its own."""
-    if not hasattr(r.scene, "march") and (said := gained(r, dt)):
+    """The response, with a warning where steps pass over what they are to follow, or have gained energy on a scene.
+
+    A structure's march has its own of energy.
+    """
+    said = "" if hasattr(r.scene, "march") else gained(r, dt)
+    if said := said or (passed_over(r, dt) if dt else ""):
         warn(said)
     return r
 
@@ -162,7 +170,7 @@ def marched(
     steps = steps_of(dt, tol, t_end, stride=stride, length=scene.length, start=state, chosen=chosen)
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
     if isinstance(steps, Control):
-        return march_adaptive(scene, scheme, steps, bound=bound, start=state)
+        return march_adaptive(scene, scheme, steps, bound=bound, start=state and _behind_jump(scene, state))
     n, stride = steps.n, steps.stride
     if scene.info.oscillator:
         require_histories(n, stride, 3, 0 if bound == math.inf else 3)
@@ -178,7 +186,9 @@ def marched(
     rows = lanes.out[0, : n_done // stride + 1]
     status, iterations = STATUSES[int(lanes.status[0])], lanes.iterations[0, :n_done]
     known = "scene", labels, lanes.state[0]
-    return _response(scene, scheme, steps, rows, n_done, status, iterations, state, known)
+    first, largest = abs(float(lanes.first[0])), float(lanes.peak[0])
+    growth = largest / first if first else math.inf
+    return _response(scene, scheme, steps, rows, n_done, status, iterations, state, known, growth)
 
 
 def _on_scene(scene: Scene, state: State) -> State:
@@ -193,6 +203,17 @@ def _on_scene(scene: Scene, state: State) -> State:
     if state.a is not None:
         return state
     return replace(state, a=scene.acceleration(np.array([state.t]), state.u[None], state.v[None])[0])
+
+
+def _behind_jump(scene: Scene, state: State) -> State:
+    """The state with the acceleration under the load just after its time, where the load jumps there.
+
+    A run that has ended at the jump has the one before it, and chosen steps begin anew.
+    """
+    force = behind_jump(scene.load, state.t)
+    if force is None:
+        return state
+    return replace(state, a=scene.acceleration(np.array([state.t]), state.u[None], state.v[None], force)[0])
 
 
 def _vectors(scene: Scene, state: State | None) -> tuple[Array, Array, Array]:
@@ -220,6 +241,7 @@ def _response(
     iterations: Any,
     started: State | None,
     known: tuple[str, Sequence[str], Array] | None,
+    growth: float = math.inf,
 ) -> Response:
     """The response from rows (steps, 3, d) of u, v, a, or (steps, 2, d) of u, v for a scheme without its own a.
 
@@ -231,7 +253,7 @@ def _response(
     last = partial(_stands, scheme, steps, (len(rows) - 1) * steps.stride, n_done, rows[-1], known)
     return Response(
         rows[:, 0], rows[:, 1], iterations, status, failed, scene, scheme, steps.stride * steps.dt, own_a,
-        steps.times(len(rows)), started=started, last=last,
+        steps.times(len(rows)), started=started, last=last, growth=growth,
     )  # fmt: skip
 
 

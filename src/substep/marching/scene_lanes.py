@@ -34,14 +34,15 @@ class Lanes:
     out (P, rows, 2 or 3, d): u, v (and a, if the scheme has its own) every stride steps, no rows without a history;
     state (P, m, d): last good state, rows as the kernel's STATE; newton (P, 2, balances): Newton iterations of the
     steps completed, their sum and the most in one step; iterations (P, steps, balances): those of each step, no steps
-    unless asked for; peak (P,): largest energy from t = 0 on, J; n_done (P,): steps completed; status (P,): index in
-    response.STATUSES.
+    unless asked for; first, peak (P,): the energy at the start and the largest from there on, J; n_done (P,): steps
+    completed; status (P,): index in response.STATUSES.
     """
 
     out: Array
     state: Array
     newton: NDArray[np.int64]
     iterations: NDArray[np.int64]
+    first: Array
     peak: Array
     n_done: NDArray[np.int64]
     status: NDArray[np.int64]
@@ -124,7 +125,8 @@ def march_lanes(
         for k, (kind, _) in enumerate(module.STATE):
             arrays["state"][:, k] = arrays[kind]
     _run(module, arrays, P, steps // stride + 1, reader)
-    peak = np.maximum(arrays["peak"], scene.energy(np.zeros(P), u, v))
+    energy = scene.energy(np.zeros(P), u, v)
+    peak = np.maximum(arrays["peak"], energy)
     if head is not None:
         early = head.n_done < np.minimum(n, arrays["first"])
         for name in ("n_done", "status"):
@@ -135,7 +137,7 @@ def march_lanes(
         arrays["newton"][:, 1, 0] = np.maximum(arrays["newton"][:, 1, 0], of_head.max(axis=1, initial=0))
         arrays["iterations"][:, : arrays["first"], 0] = of_head[:, : arrays["iterations"].shape[1]]
     kept = "out", "state", "newton", "iterations", "n_done", "status"
-    return Lanes(peak=peak, **{name: arrays[name] for name in kept})
+    return Lanes(first=energy, peak=peak, **{name: arrays[name] for name in kept})
 
 
 def _of_lanes(x: Any, shape: tuple[int, ...]) -> Array:

@@ -147,7 +147,13 @@ class Control:
 
         Raises ValueError, with the cure.
         """
-        tol, t_end = real_number("tol", tol, positive=True), end_asked(t_end)
+        tol = real_number("tol", tol, positive=True)
+        if start is not None and start.t < 0.0:
+            raise ValueError(
+                f"expected a start at t >= 0 where steps are chosen, got t = {start.t:.12g}, since before 0 they do "
+                "not end where a load jumps; give dt in place of tol, or count time, in the loads too, from the start"
+            )
+        t_end = end_asked(t_end)
         rtol = tol if rtol is None else real_number("rtol", rtol)
         atol_u, atol_v, share_v = tol * length, 0.0, tol
         if atol is not None:

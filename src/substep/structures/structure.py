@@ -68,7 +68,8 @@ class Structure(Model):
         damping between supports and structure is left out, as is usual; displacement, with the velocity where damping
         acts on the supports: the response is the motion itself; a Record is 0 after its end. Call it again for supports
         that move otherwise. By a displacement, damping proportional to the mass acts on the motion itself, as dashpots
-        to a place at rest do; by an acceleration it acts on the motion beyond the static one.
+        to a place at rest do; by an acceleration it acts on the motion beyond the static one. Where u0 is "static", it
+        is so with the supports where the displacement puts them at t = 0.
 
         Raises ValueError for degrees of freedom that are free, for both or neither of acceleration and displacement,
         and for an internal force. Chopra, Dynamics of Structures, 9.7.
@@ -192,7 +193,7 @@ def structure(
     if static:
         at_rest = equilibrium(loaded)
         tangent_there = stiffness if internal is None else internal.stiffness(0.0, at_rest, free["v0"])[0]
-        loaded = replace(loaded, u0=at_rest, K=tangent_there)
+        loaded = replace(loaded, u0=at_rest, K=tangent_there, static=True)
     return replace(loaded, C=damping_of(loaded, C))
 
 

@@ -39,7 +39,8 @@ class Model:
     modes are damped, Rayleigh damping, or None. T (N, n): the displacements of all N degrees of freedom are T q.
     loads: pairs of a vector (n,) and a function of time. u0, v0 (n,). names: of all N degrees of freedom, or empty.
     motions: of the ground, pairs of displacements (N,) for a unit motion of the base, and its acceleration.
-    full_mass, full_stiffness: M and K (N, N), the latter None with an internal force.
+    full_mass, full_stiffness: M and K (N, N), the latter None with an internal force. static: whether u0 was asked for
+    as the equilibrium under the loads at t = 0.
     """
 
     M: Matrix
@@ -56,6 +57,7 @@ class Model:
     full_mass: Matrix = None
     full_stiffness: Matrix = None
     internal: InternalForce | None = None
+    static: bool = False
 
     @property
     def size(self) -> int:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...core.arrays import Array
-from ...core.loads import Load, Record
+from ...core.loads import Load, Record, values_at
 from .given import Dof
 from .model import Model
 from .rayleigh import Rayleigh
@@ -27,7 +27,8 @@ def displaced(s: Model, displacement: Load, velocity: Load | None, dofs: Iterabl
 
     Its motion is that itself, not relative to anything. velocity: of the supports, for the forces of the dashpots that
     they hold. Raises ValueError where these are there without a velocity, or known only among the free degrees of
-    freedom, and for mass that couples with a support.
+    freedom, and for mass that couples with a support. A start that was asked for as static is so with the supports
+    where they are at t = 0; their velocity does not count for it.
     """
     moved = _moved(s, dofs)
     if _forces(s, s.full_mass, moved).any():
@@ -51,7 +52,10 @@ def displaced(s: Model, displacement: Load, velocity: Load | None, dofs: Iterabl
             "expected damping between supports and structure that is known: none or ss.rayleigh, got a matrix of the "
             "free degrees of freedom; give acceleration= in place of displacement=, or the force as a load"
         )
-    return replace(s, loads=tuple(loads))
+    u0 = s.u0
+    if s.static and (put := float(values_at(displacement, np.zeros(1))[0])) != 0.0:
+        u0 = u0 - put * s.factorized(s.K, "K, the stiffness matrix, for u0='static'")(held)
+    return replace(s, loads=tuple(loads), u0=u0)
 
 
 def influence(s: Model, dofs: Iterable[Dof]) -> Array:
