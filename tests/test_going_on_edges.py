@@ -337,6 +337,24 @@ def test_chosen_steps_that_begin_where_a_load_jumps_feel_it_from_there_on(scheme
     assert then.u[-1, 0] == pytest.approx(exact, abs=7e-5)
 
 
+@pytest.mark.parametrize("scheme", ["newmark", "bathe"])
+@pytest.mark.parametrize(
+    ("load", "t", "behind"), [(ss.Step(2.0, start=0.5), 0.5, 2.0), (ss.Record(0.1, [3.0] * 6), 0.5, 0.0)]
+)
+def test_so_they_do_on_a_structure(scheme: str, load: Any, t: float, behind: float) -> None:
+    """Beside a load that does not jump, with damping; the masses differ."""
+    M, C, K = np.diag([2.0, 1.0]), np.diag([0.1, 0.2]), np.array([[18.0, -4.0], [-4.0, 9.0]])
+    loads = [([0.5, 1.0], load), ([1.0, 0.0], ss.Harmonic(1.0, 2.0))]
+    pushed = ss.structure(M, K, C=C, load=loads)
+    first = ss.march(pushed, scheme, tol=1e-6, t_end=t, account=False)
+    then = ss.march(pushed, scheme, tol=1e-6, t_end=2.0, start=first, account=False)
+    force = behind * np.array([0.5, 1.0]) + np.array([np.sin(2.0 * t), 0.0])
+    expected = np.linalg.solve(M, force - C @ first.v[-1] - K @ first.u[-1])
+    assert then.a[0] == pytest.approx(expected, abs=1e-12)
+    whole = ss.march(pushed, scheme, tol=1e-9, t_end=2.0, account=False)
+    assert then.u[-1] == pytest.approx(whole.u[-1], abs=1e-4)
+
+
 @pytest.mark.parametrize("model", [SPRING, frame(), "duffing"])
 @pytest.mark.parametrize("end", [-1.0, 1.0])
 def test_chosen_steps_do_not_begin_before_0(model: Any, end: float) -> None:

@@ -202,3 +202,19 @@ def test_histories_beyond_the_limit_stay_on_disk(tmp_path: Any, scheme: str, mon
         assert found.to_xarray().equals(expected.to_xarray())
         assert repr(found) == repr(expected)
         limit[0] = np.inf
+
+
+@pytest.mark.parametrize("scheme", ["houbolt", "newmark", "generalized_alpha"])
+@pytest.mark.parametrize("nonlinear", [False, True])
+def test_a_saved_march_that_is_complete_goes_on_as_if_it_had_just_been_made(
+    scheme: str, nonlinear: bool, tmp_path: Any
+) -> None:
+    """Also with the tangent that an iteration has kept, and where only some degrees of freedom were."""
+    K = np.array([[2.0, -1.0], [-1.0, 1.0]])
+    force: dict[str, Any] = {"internal_force": lambda u: K @ u + u**3, "tangent": lambda u: K + np.diag(3.0 * u**2)}
+    model = ss.structure(np.eye(2), **force if nonlinear else {"K": K}, u0=[1.0, 0.0])
+    call: dict[str, Any] = {"dt": 0.1, "account": False}
+    for _ in range(3):
+        again = ss.march(model, scheme, **call, t_end=1.0, dofs=[1], save=tmp_path / "store")
+    then = ss.march(model, scheme, **call, t_end=2.0, start=again)
+    assert np.array_equal(then.u, ss.march(model, scheme, **call, t_end=2.0).u[10:])

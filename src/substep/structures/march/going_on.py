@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from ...core.arrays import Array, digest
+from ...core.loads import behind_jump, values_at
 from ...core.schemes import Scheme
 from ...core.state import State, bare, whose
 from ...run.clock import Begin, ConstantSteps, Control
@@ -31,10 +32,27 @@ def begun(run: Run, steps: ConstantSteps | Control, state: State | None) -> tupl
         return run, ()
     start = vectors(run.structure, state)
     if isinstance(steps, Control):
+        start[2] = _behind_jumps(run.structure, state.t, start)
         return replace(run, begin=Begin(0, state.t), start=start), ()
     rows = _own_rows(state, run)
     moved = replace(run, begin=steps.begin._replace(rows=rows), start=start)
     return moved, () if rows is None else _tangents(state)
+
+
+def _behind_jumps(s: Model, t: float, motion: Array) -> Array:
+    """The acceleration (n,) of u, v, a (3, n) at t, under the loads just after it where one of them jumps there.
+
+    A run that has ended at the jump has the one before it, and chosen steps begin anew.
+    """
+    u, v, a = motion
+    behind = [behind_jump(load, t) for _, load in s.loads]
+    if all(value is None for value in behind):
+        return a
+    right = s.force(t) - s.restoring(t, u, v) - (0.0 if s.C is None else s.damping @ v)
+    for (shape, load), value in zip(s.loads, behind, strict=True):
+        if value is not None:
+            right += (value - float(values_at(load, np.array([t]))[0])) * shape
+    return s.solve_mass(right)
 
 
 def _own_rows(state: State, run: Run) -> Array | None:
@@ -68,7 +86,13 @@ def stands(
     march, rows = last.march, None
     if march.run is run:  # and not the run of the scheme that starts this one
         rows = combined(march.steps.out, last.X)
-    motion = combined(march.steps.report, last.X)
+    return stood(combined(march.steps.report, last.X), rows, run, done, steps, tangents)
+
+
+def stood(
+    motion: Array, rows: Array | None, run: Run, done: int, steps: ConstantSteps, tangents: Sequence[Tangent | None]
+) -> Callable[[], State]:
+    """The same from u, v, a (2 or 3, n) there, and from the rows (S, n) that the scheme carries if it is under way."""
     return partial(_state, run.structure, run.scheme, steps, done, motion, rows, tangents)
 
 

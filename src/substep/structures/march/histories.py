@@ -19,7 +19,7 @@ from ..solvers.combine import combined
 from ..solvers.matrices import is_identity
 from .energies import Energies, accounted, held_at_start
 from .fixed_steps import BLOCK
-from .going_on import stands
+from .going_on import stands, stood
 from .newton import Tangent
 from .response import Account, StructureResponse
 from .saved import Saved, described
@@ -75,6 +75,7 @@ class Histories(Kept):
         self.iterations = np.zeros((asked.n, run.scheme.balances), np.int64)
         self.state: Array | None = None
         self.last: Trial | None = None
+        self.motion: Array | None = None  # u, v and, where the scheme has its own, a after a march that is resumed
         self.tangents: list[Tangent | None] = []
         self.saved = None
         if save is None:
@@ -115,7 +116,11 @@ class Histories(Kept):
         run, asked = self.run, self.asked
         self._checkpoint()
         u, v, *a = self._read()
-        last = None if self.last is None else stands(self.last, run, self.done, asked, self.tangents)
+        last = None
+        if self.last is not None:
+            last = stands(self.last, run, self.done, asked, self.tangents)
+        elif self.motion is not None:  # there was no step left
+            last = stood(self.motion, self.state, run, self.done, asked, self.tangents)
         return StructureResponse(
             u, v, self.iterations[: self.done], status, None if status == "completed" else asked.time(self.done + 1),
             run.structure, run.scheme, self.stride * run.h, a[0] if a else None, asked.times(self.kept),
@@ -130,7 +135,11 @@ class Histories(Kept):
         self.saved.write()
         if self.state is None:
             return
+        if self.last is not None:
+            self.motion = combined(self.last.march.steps.report, self.last.X)
         arrays: dict[str, Any] = {"state": self.state, "iterations": self.iterations[: self.done]}
+        if self.motion is not None:
+            arrays["motion"] = self.motion
         parts = [None if x is None else [x.t, x.largest] for x in self.tangents]
         numbers: dict[str, Any] = {"done": self.done, "tangents": parts, "sums": []}
         if self.energies is not None:
@@ -164,7 +173,7 @@ class Histories(Kept):
             self.saved.put(place, row)
 
     def _resume(self, last: dict[str, Any]) -> None:
-        self.done, self.state = last["done"], last["state"]
+        self.done, self.state, self.motion = last["done"], last["state"], last.get("motion")
         self.iterations[: self.done] = last["iterations"]
         self.tangents = [
             None if x is None else Tangent(x[0], last[f"tangent_{k}"], x[1]) for k, x in enumerate(last["tangents"])
