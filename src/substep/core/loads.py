@@ -280,7 +280,7 @@ def behind_jump(load: Load | None, t: float) -> float | None:
     """The value of a load just behind a jump at the time t, which may differ by rounding; None where there is none."""
     if load is None or not (np.abs(jumps(load) - t) <= ROUNDING * abs(t)).any():
         return None
-    return float(load(np.float64(t + 1.0 + abs(t))))  # what jumps stays as it is from there on
+    return float(values_at(load, np.array([t + 1.0 + abs(t)]))[0])  # what jumps stays as it is from there on
 
 
 def as_numbers(load: Load | None) -> tuple[Array, Array]:

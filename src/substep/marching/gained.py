@@ -47,6 +47,8 @@ def gained(r: Response, dt: float | None) -> str:
 def _unstable(r: Response, dt: float) -> str:
     """That the step is unstable on a linear oscillator, if its growth explains the energy at the end."""
     assert r.scene.info.oscillator is not None
+    omega: float
+    xi: float
     omega, xi, _ = r.scene.info.oscillator(*r.scene.parameters.values())
     first = max(abs(omega * r.u.item(0)), abs(r.v.item(0)))
     last = max(abs(omega * r.u.item(-1)), abs(r.v.item(-1)))
