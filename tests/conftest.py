@@ -5,6 +5,7 @@ import sys
 import zlib
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -65,11 +66,13 @@ def pytest_collection(session: pytest.Session) -> None:
     """In a whole run, read the test files in the second worker from the last to the first.
 
     pytest rewrites the assertions of each file, which takes longer than all else before the tests, and keeps the
-    result: so each of two workers rewrites one half, and finds the other there.
+    result: so each of two workers rewrites one half, and finds the other there. What cannot be imported is reported
+    when it is collected.
     """
     if whole_gate(session.config) and os.environ.get("PYTEST_XDIST_WORKER") == "gw1":
         for path in sorted(Path(__file__).parent.glob("test_*.py"), reverse=True):
-            import_module(path.stem)
+            with suppress(Exception, pytest.skip.Exception):
+                import_module(path.stem)
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -124,8 +127,13 @@ def in_gate(function: str, named: Sequence[str], kinds: Mapping[str, object]) ->
     schemes = [name for name in named if name in kinds]
     if not schemes:
         return True
-    alike = [n for n in kinds if kinds[n] == kinds[schemes[0]] for _ in range(1 if n in DEAR else 8)]
-    return schemes[0] == alike[zlib.crc32(function.encode()) % len(alike)]
+    alike = [name for name in kinds if kinds[name] == kinds[schemes[0]]]
+    number = zlib.crc32(function.encode())
+    chosen = alike[number % len(alike)]
+    if chosen in DEAR and number // len(alike) % 8:
+        others = [name for name in alike if name not in DEAR]
+        chosen = others[number % len(others)]
+    return schemes[0] == chosen
 
 
 @pytest.fixture

@@ -53,6 +53,7 @@ def test_every_scheme_marches_the_pendulum_as_its_kernel_does(name: str) -> None
         assert np.abs(x - y).max() <= 1e-9 * np.abs(expected.u).max()
 
 
+@pytest.mark.filterwarnings("ignore:.* has (dissipated|gained)")  # what a scheme gains is its own
 @pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("name", SCHEMES)
 def test_every_scheme_marches_duffing_as_its_kernel_does(name: str) -> None:
