@@ -113,7 +113,7 @@ def test_the_dataset_tells_units_and_sources(tmp_path: Path) -> None:
         paths[-1].write_text(f"# acceleration in {unit}\n{rows}\n", encoding="utf-8")
     found = ss.response_spectrum_rotated(*paths, periods=T)
     assert found.attrs == {
-        "scheme": "average_acceleration", "dt": DT, "samples": 50,
+        "scheme": "average_acceleration", "parameters": "", "dt": DT, "samples": 50,
         "source": f"{paths[0]} and {paths[1]}", "unit": "m/s^2 and g", "unstable": 0,
     }  # fmt: skip
     assert {name: found[name].units for name in found.variables} == {

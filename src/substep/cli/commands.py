@@ -269,8 +269,7 @@ def spectrum(
             s = response_spectrum(record, periods=T, xi=xi, scheme=own, refine=refine or None)
     except (ValueError, OSError, ImportError) as error:
         raise typer.BadParameter(str(error)) from error
-    scheme = " ".join((s.scheme, s.attrs.get("parameters", ""))).strip()
-    settings = f"{s.samples} samples, dt = {s.dt:g} s, xi = {xi:g}, {scheme}"
+    settings = f"{s.samples} samples, dt = {s.dt:g} s, xi = {xi:g}, {' '.join((s.scheme, s.parameters)).strip()}"
     table = Table("", "largest", "at T (s)", "its error", "largest error", "at T (s)", title=f"{file.name}: {settings}")
     for name in QUANTITIES:
         value, error = s[name], s[f"{name}_error"]

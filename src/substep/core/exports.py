@@ -1,6 +1,5 @@
 """A response as a Dataset of xarray's and a DataFrame of pandas'; `history_figure` draws it."""
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -13,10 +12,6 @@ from .errors import called_as
 if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
-
-
-# attributes that are read at a glance; all others of a Dataset are its settings
-ALONE = ("scene", "scheme", "load", "status", "t_failed", "interrupted")
 
 
 class History(NamedTuple):
@@ -51,23 +46,7 @@ def to_dataset(found: Histories) -> "Dataset":
         "t": named("t", found.t, {"units": "s", "long_name": "time"}),
         found.dimension: named(found.dimension, labels, {}),
     }
-    return xarray.Dataset(variables, coordinates, in_few_lines(found.attrs))
-
-
-def in_few_lines(attrs: Mapping[str, Any]) -> dict[str, Any]:
-    """Attributes of which those in ALONE have a line each where a Dataset is printed, and all others together one.
-
-    These are the attribute `settings`, a text in JSON, from which `json.loads` gives their names and values.
-    """
-    alone = {name: attrs[name] for name in ALONE if name in attrs}
-    others = {name: x for name, x in attrs.items() if name not in ALONE}
-    settings = {"settings": json.dumps(others, default=_plain)} if others else {}
-    return alone | settings
-
-
-def _plain(x: Any) -> Any:
-    """A number or an array of NumPy's, as JSON can hold it."""
-    return np.asarray(x).tolist()
+    return xarray.Dataset(variables, coordinates, dict(found.attrs))
 
 
 @called_as('load("response.nc")')

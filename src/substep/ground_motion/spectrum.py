@@ -173,10 +173,9 @@ def of_oscillators(T: Array, damping: Array) -> dict[str, Variable]:
 
 def attributes(s: Scheme, records: Sequence[Record], unstable: int) -> dict[str, Any]:
     """Attributes of a spectrum: the scheme, records of one length, and at how many periods the scheme is unstable."""
-    parameters = ", ".join(f"{key} = {float(value)}" for key, value in s.parameters.items())
     return {
         "scheme": s.name,
-        **({"parameters": parameters} if parameters else {}),
+        "parameters": ", ".join(f"{key} = {float(value)}" for key, value in s.parameters.items()),
         "dt": records[0].dt,
         "samples": len(records[0].samples),
         "source": " and ".join(dict.fromkeys(record.source for record in records)),

@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 
 from ..core.arrays import Array, named
 from ..core.errors import called_as
-from ..core.exports import in_few_lines
 from ..core.loads import Load
 from ..core.memory import require_memory
 from ..core.progress import shown
@@ -77,8 +76,7 @@ def sweep(
     steps are chosen, accepted and rejected (steps) and t_failed (s, the end of the step that could not be made),
     newton_iterations (mean over the steps, for each balance, 0 where it is linear) and newton_most (the largest number
     in a step). Where a run failed, what it did not reach is NaN, which is all of "final"; peaks are those of the steps
-    completed. attrs hold what all points share: names,
-    and in `settings`, a text in JSON, every number.
+    completed. attrs hold what all points share.
 
     save: a folder for a Zarr store (the extra `save`), which is written chunk by chunk and read from when the Dataset
     is used; the same call again goes on where it was stopped, even by a kill. client: a dask.distributed client, whose
@@ -121,15 +119,11 @@ def sweep(
     def result(interrupted: bool) -> xarray.Dataset:
         if store is not None:
             store.mark(interrupted)
-            stored = store.read()
-            stored.attrs = in_few_lines(stored.attrs)
-            return stored
+            return store.read()
         for chunk in left.values():
             _reset(targets, variables, chunk)
         found = {name: named((*plan.dims, *v.dims), targets[name], v.attrs) for name, v in variables.items()}
-        whole = shell.assign(found)
-        whole.attrs = in_few_lines({**shell.attrs, "interrupted": int(interrupted)})
-        return whole
+        return shell.assign(found).assign_attrs(interrupted=int(interrupted))
 
     try:
         _fill(targets, variables, blocks, left, math.prod(plan.shape), progress)
