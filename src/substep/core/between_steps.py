@@ -52,7 +52,7 @@ def sampled(r: R, times: ArrayLike) -> R:
         )
     u, v, a = _at(r, np.clip(wanted, r.t[0], r.t[-1]))
     last = r.last or partial(getattr, r, "state")
-    return replace(r, u=u, v=v, own_a=a, times=wanted, step=np.nan, last=last, **r.at_times(wanted))
+    return replace(r, u=u, v=v, own_a=a, times=wanted, step=np.nan, last=last, **r.at_times(wanted, u))
 
 
 def require_reached(times: Array, t_end: float) -> None:
@@ -86,7 +86,7 @@ def ended(r: R, until: Event | Sequence[Event]) -> R:
     u, v, a = _at(r, times)
     return replace(
         r, u=u, v=v, own_a=a, times=times, newton_iterations=r.newton_iterations[:k], status="completed", t_failed=None,
-        last=None, t_events=t_events, **r.at_times(times),
+        last=None, t_events=t_events, **r.at_times(times, u),
     )  # fmt: skip
 
 

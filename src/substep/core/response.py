@@ -131,9 +131,15 @@ class Response:
         """Whether `a` is known."""
         return True
 
-    def at_times(self, times: Array) -> dict[str, Any]:
-        """What else there is of each row, by the names of fields, at other times."""
-        return {}
+    def at_times(self, times: Array, u: Array) -> dict[str, Any]:
+        """What else there is of each row, by the names of fields, at other times, where the displacement is u.
+
+        Of laws what they would remember if it were committed then, on a straight path from the row before.
+        """
+        if self.memories is None:
+            return {}
+        k = np.clip(np.searchsorted(self.t, times, side="right") - 1, 0, len(self.t) - 1)
+        return {"memories": self.scene.committed(u, self.memories[k], times - self.t[k])}
 
     @property
     def _last_row(self) -> tuple[Array, Array, Array | None]:

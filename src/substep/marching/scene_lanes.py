@@ -171,7 +171,8 @@ def put_memory(rows: Array, first: int, memory: Array) -> None:
 
 def memory_in(rows: Array, first: int, k: int) -> Array:
     """What laws remember, k numbers (..., k), from rows (..., m, d), from the first on."""
-    return rows[..., first:, :].reshape(*rows.shape[:-2], -1)[..., :k]
+    m, d = rows.shape[-2:]
+    return rows[..., first:, :].reshape(*rows.shape[:-2], (m - first) * d)[..., :k]
 
 
 def _of_lanes(x: Any, shape: tuple[int, ...]) -> Array:

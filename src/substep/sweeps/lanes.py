@@ -70,6 +70,7 @@ def _others(
     if plan.keep != "peak":
         rows = 1 if plan.keep == "final" else rows
         shapes = {**dict.fromkeys("uva", (P, rows, d)), "energy": (P, rows)}
+        shapes |= {"memory": (P, rows, k)} if (k := len(scene.info.memory)) else {}
     kept = {name: room[name].reshape(shape) if room else np.empty(shape) for name, shape in shapes.items()}
     of_rows = scene
     if not is_known(scene.load):  # threads evaluate only what is known
@@ -89,6 +90,8 @@ def _others(
         for name, x in zip("uva", (u, v, a), strict=True):
             copy_rows(x, kept[name][where])
         kept["energy"][where] = some.energy(t[-rows:], u, v, memory[:, -rows:])
+        if memory.shape[-1]:
+            kept["memory"][where] = memory[:, -rows:]
 
     steps = np.full(P, dt), np.full(P, n)
     lanes = march_lanes(scene, scheme, *steps, bound=plan.bound, stride=stride, reader=read)
@@ -125,6 +128,7 @@ def _chosen(plan: SweepPlan, scene: Scene, scheme: Scheme, tol: Any, P: int) -> 
         rows = {name: np.ascontiguousarray(out[:, :, k]) for k, name in enumerate("uva")}
         memory = memory_in(out, 3, len(scene.info.memory))
         rows["energy"] = scene.energy(asked.grid, rows["u"], rows["v"], memory)
+        rows |= {"memory": memory} if memory.shape[-1] else {}
         found = {name: value[:, 0] if plan.keep == "final" else value for name, value in rows.items()}
     ended, made = control[:, module.TIME] + control[:, module.PROPOSED], counts[:, module.ACCEPTED]
     found |= {"accepted": made, "rejected": counts[:, module.REJECTED]}

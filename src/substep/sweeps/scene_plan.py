@@ -57,6 +57,9 @@ class ScenePlan(SweepPlan):
         )  # fmt: skip
         if self.keep != "peak" or self.by_tol or not self.oscillator:
             found |= [self.motion("energy", units="J")]
+        remembered = self.scene_of_one.info.memory
+        if remembered and self.keep != "peak":
+            found |= [self.motion("memory", ("remembered", len(remembered)))]
         nan, none, one = np.float64(np.nan), np.int64(0), {"units": "1"}
         mean, most = (f"Newton's iterations, {x}" for x in ("mean of the steps done", "most of any step"))
         found["newton_iterations"] = Variable.of(nan, balance, **one, long_name=mean)
@@ -74,7 +77,10 @@ class ScenePlan(SweepPlan):
         """The coordinates of the scene, and the balances of the scheme."""
         scene, scheme = self.scene_of_one, self.scheme_of_all
         names, balances = np.array([name for name, _ in scene.coordinates], dtype=object), np.arange(scheme.balances)
+        remembered = np.array(scene.info.memory, dtype=object)
+        of_laws = {"remembered": named("remembered", remembered, {"long_name": f"memory of {scene.name}"})}
         return {
+            **(of_laws if len(remembered) and self.keep != "peak" else {}),
             "coordinate": named("coordinate", names, {"long_name": f"coordinate of {scene.name}"}),
             "balance": named("balance", 1 + balances, {"long_name": f"balance of {scheme.name}"}),
         }

@@ -93,7 +93,7 @@ class StructureResponse(Response):
         first = s.a0 if self.started is None else vectors(s, self.started)[2]
         return np.array([first, *(s.acceleration(t, u, v) for t, u, v in rows)])[:, self._places]
 
-    def at_times(self, times: Array) -> dict[str, Any]:
+    def at_times(self, times: Array, u: Array) -> dict[str, Any]:
         """The account of energy, linear between the rows, so that it stays in balance."""
         if self.account is None:
             return {}
