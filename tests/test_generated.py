@@ -15,6 +15,7 @@ from plain_kernels import kinds
 from substep_derive import __main__ as command
 from substep_derive import written
 from substep_derive.__main__ import GENERATED
+from substep_derive.declare.laws import ALL as LAWS
 from substep_derive.declare.scenes import ALL as SCENES
 from substep_derive.declare.schemes import ALL
 from substep_derive.emit import stamp
@@ -245,6 +246,7 @@ def test_every_scheme_has_its_module_and_nothing_else_is_there() -> None:
     modules = {f"{folder}/{name}" for folder in ("schemes", "plans") for name in own}
     modules |= {f"scenes/{scene.name}" for scene in SCENES} | {"marches/linear_filter"}
     modules |= {f"marches/{ss.scheme(name).kernels.MARCH}" for name in own}
+    modules |= {f"laws/{law.name}" for law in LAWS}
     modules |= {f"shared/{ss.scheme(name).kernels.EIGENVALUES}" for name in own}
     modules |= {
         f"shared/{name}"
@@ -252,7 +254,7 @@ def test_every_scheme_has_its_module_and_nothing_else_is_there() -> None:
     }
     modules |= {f"pairs/{scheme}__{scene}" for scheme, scene in COMMITTED}
     modules |= {f"{name.partition('/')[0]}/__init__" for name in modules}
-    modules |= {"__init__", "estimators", "facts", "index", "scene_index"}
+    modules |= {"__init__", "estimators", "facts", "index", "law_index", "scene_index"}
     assert written.files_in(GENERATED) == {f"{name}.py" for name in modules} | {
         "operations.md",
         stamp.STAMP,

@@ -39,7 +39,7 @@ def test_rows_are_those_of_the_history(name: str, stride: int, monkeypatch: pyte
         whole = march_lanes(scene, s, dt, n, bound=bound, stride=stride, history=True)
         found, seen = np.full_like(whole.out, 7.0), np.zeros(P, dtype=int)
 
-        def read(where: slice, rows: Array, found: Array = found, seen: Array = seen) -> None:
+        def read(where: slice, rows: Array, memory: Array, found: Array = found, seen: Array = seen) -> None:
             found[where] = rows
             seen[where] += 1
             rows[...] = 3.0  # a reader may change them
