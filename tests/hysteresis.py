@@ -45,6 +45,10 @@ def constant(value: float) -> list[Piece]:
     return [Piece(0.0, value)]
 
 
+def sine(amplitude: float, rate: float) -> list[Piece]:
+    return [Piece(0.0, 0.0, amplitude * rate, rate)]
+
+
 def half_sine(amplitude: float, duration: float) -> list[Piece]:
     rate = np.pi / duration
     return [Piece(0.0, 0.0, amplitude * rate, rate), Piece(duration, 0.0)]
@@ -208,7 +212,14 @@ def integrated(of: Oscillator, load: Sequence[Piece], t_end: float, u: float = 0
                 u, v, p = y[:3]
                 f, yielding = piece(t), abs(sign)
                 lost = (1 - of.alpha) * of.strength * abs(v) * yielding
-                return [v, f - 2 * of.xi * of.omega * v - of.force(u, p), v * yielding, 2 * of.xi * of.omega * v**2, lost, f * v]
+                return [
+                    v,
+                    f - 2 * of.xi * of.omega * v - of.force(u, p),
+                    v * yielding,
+                    2 * of.xi * of.omega * v**2,
+                    lost,
+                    f * v,
+                ]
 
             def event(t: float, y: Array, sign: int = sign) -> float:
                 return -sign * y[1] if sign else abs(y[0] - y[2]) - of.at_yield
