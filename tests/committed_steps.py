@@ -8,7 +8,7 @@ u = t^2, which say where the knots are in time and whether they follow the motio
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import Any
 
@@ -59,10 +59,12 @@ class Remembering:
     """Steps of the scheme on u'' + damping u' + spring(u) = load(t)."""
 
     def __init__(self, scheme: Scheme, values: Mapping[Symbol, Any], spring: Spring, damping: float,
-                 load: Callable[[float], float], h: float) -> None:  # fmt: skip
-        k = np.array([[spring.k]])
+                 load: Callable[[float], float], h: float, tangent: float | None = None) -> None:  # fmt: skip
+        """tangent: that which a start takes at u_0; by default the spring's before it yields."""
+        k, first = np.array([[spring.k]]), np.array([[spring.k if tangent is None else tangent]])
         linear = System(lambda u: k @ u, lambda u: k, lambda a, b: a, np.array([[damping]]), np.atleast_1d)
         self.marcher = Marcher(scheme, values, linear, h, np.zeros(1))
+        self.marcher.matrices[3] = first
         self.scheme, self.spring, self.damping, self.load, self.h = scheme, spring, damping, load, h
         self.unknowns, self.state = scheme.unknowns, scheme.state
         self.balances = [tuple(map(self.form, (b.inertia, b.damping, b.force, b.load))) for b in scheme.balances]
@@ -153,21 +155,21 @@ class Remembering:
                 total += c * x[atom]
         return total
 
+    def residual(
+        self, k: int, state: Array, s: Array, t: float, known: Mapping[float, float], last: float, inertia: float
+    ) -> float:
+        """Of the k-th balance at an inertia of its own, those of the balances before it given."""
+        _, damping, force, load = self.balances[k]
+        x = self.symbols(state, np.array([*s[:k], inertia, *s[k + 1 :]]))
+        damped, forced, loaded = (self.value(terms, x, t, known, last) for terms in (damping, force, load))
+        return inertia + self.damping * damped + forced - loaded
+
     def step(self, state: Array, p: float, t: float) -> tuple[dict[Symbol, float], float, Array]:
         """Every symbol, what remains, and u, v, a (NaN without one of its own) at the end of a step from t."""
         s = np.zeros(len(self.balances))
         known, last = ({state[self.state.index(u0)]: p} if u0 in self.state else {}), p
-        for k, (_, damping, force, load) in enumerate(self.balances):
-
-            def residual(
-                inertia: float, k: int = k, damping: Terms = damping, force: Terms = force, load: Terms = load
-            ) -> float:
-                s[k] = inertia
-                x = self.symbols(state, s)
-                rest = self.value(force, x, t, known, last) - self.value(load, x, t, known, last)
-                return inertia + self.damping * self.value(damping, x, t, known, last) + rest
-
-            s[k] = root(residual)
+        for k in range(len(self.balances)):
+            s[k] = root(partial(self.residual, k, state, s, t, known, last))
             for e in [self.symbols(state, s)[where] for balance, where in self.commits if balance == k]:
                 known[e] = last = self.spring.committed(e, last)
         x = self.symbols(state, s)
@@ -192,12 +194,12 @@ def root(residual: Callable[[float], float]) -> float:
 
 def history(
     scheme: Scheme, values: Mapping[Symbol, Any], spring: Spring, damping: float, load: Callable[[float], float],
-    h: float, n: int, u: float, v: float,
+    h: float, n: int, u: float, v: float, tangent: float | None = None,
 ) -> Array:  # fmt: skip
     """u, v, a, p (n + 1 rows) from u and v at t = 0, to which the spring was strained at once."""
     p = spring.committed(u, 0.0)
     rows = [np.array([u, v, load(0.0) - damping * v - spring.force(u, p), p])]
-    stepper = Remembering(scheme, values, spring, damping, load, h)
+    stepper = Remembering(scheme, values, spring, damping, load, h, tangent)
     starter = scheme.start_scheme
     if starter is not None:
         first = -int(min(map(lag, scheme.state)))

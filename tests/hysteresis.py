@@ -152,8 +152,7 @@ def exact(
     t, state, moved, arcs = 0.0, np.array([u, v]), 0.0, list[Arc]()
     on = int(np.sign(u - p)) if abs(u - p) >= of.at_yield * (1 - 1e-13) else 0
     sign = on if on * v > 0 else 0
-    for piece, until in zip(load, [*(piece.t for piece in load[1:]), np.inf], strict=True):
-        until = min(until, t_end)
+    for piece, until in zip(load, _ends(load, t_end), strict=True):
         while t < until:
             arc = _arc(of, piece, t, state, p, moved, sign)
             arcs.append(arc)
@@ -166,6 +165,11 @@ def exact(
             if found is not None:
                 sign = 0 if sign else int(np.sign(state[0] - p))
     return Motion(of, arcs)
+
+
+def _ends(load: Sequence[Piece], t_end: float) -> list[float]:
+    """Of each piece, but none after t_end."""
+    return [min(t, t_end) for t in [*(piece.t for piece in load[1:]), np.inf]]
 
 
 def _arc(of: Oscillator, piece: Piece, t: float, state: Array, p: float, moved: float, sign: int) -> Arc:
@@ -204,8 +208,7 @@ def integrated(of: Oscillator, load: Sequence[Piece], t_end: float, u: float = 0
     y = np.array([u, v, p, 0.0, 0.0, 0.0])
     on = int(np.sign(u - p)) if abs(u - p) >= of.at_yield * (1 - 1e-13) else 0
     sign = on if on * v > 0 else 0
-    for piece, until in zip(load, [*(piece.t for piece in load[1:]), np.inf], strict=True):
-        until = min(until, t_end)
+    for piece, until in zip(load, _ends(load, t_end), strict=True):
         while t < until:
 
             def rate(t: float, y: Array, piece: Piece = piece, sign: int = sign) -> list[float]:
