@@ -3,6 +3,7 @@
 import os
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 from types import ModuleType
 from typing import Any
 
@@ -14,7 +15,7 @@ from declared import BY_NAME
 from hysteresis import Oscillator, exact, half_sine, integrated, record, sine
 from plain_kernels import text_of, uncompiled
 from substep_derive import DeclarationError
-from substep_derive.declare.scenes.hysteretic import bilinear
+from substep_derive.declare.scenes.hysteretic import ALL
 from sympy import Integer
 
 import substep as ss
@@ -27,12 +28,13 @@ DISCRETE = {"energy_momentum"}  # takes the force of a potential
 MARCHED = [name for name in ss.schemes() if name not in DISCRETE]
 # the scene for schemes of u'' = g(t, u), which refuse any that declares a damper
 UNDAMPED = replace(
-    bilinear,
+    ALL[0],
     name="undamped_hysteretic",
     dissipation=Integer(0),
-    parameters=tuple(p for p in bilinear.parameters if p.name != "xi"),
+    parameters=tuple(p for p in ALL[0].parameters if p.name != "xi"),
 )
 OMEGA = 2 * np.pi
+BACK_IN_TIME = {"crouzeix4", "forest_ruth", "yoshida6"}  # take the force at an instant before t_n
 
 
 @cache
@@ -62,10 +64,6 @@ def fitting(scheme: str, *of: float) -> Oscillator:
     return found if BY_NAME[scheme].takes_damping else replace(found, xi=0.0)
 
 
-def stepper(scheme: str, of: Oscillator, load: Any, h: float, **values: float) -> committed_steps.Remembering:
-    return committed_steps.Remembering(*declared(scheme, of, load, values), h)
-
-
 def declared(scheme: str, of: Oscillator, load: Any, values: dict[str, float]) -> tuple[Any, ...]:
     """What plain stepping takes: the declaration, its parameters, the spring, the damper, the load."""
     handle, declaration = ss.scheme(scheme, **values), BY_NAME[scheme]
@@ -85,6 +83,7 @@ def chopra() -> ss.Scene:
     )
 
 
+@pytest.mark.every_scheme
 @pytest.mark.usefixtures("plainly")
 @pytest.mark.parametrize("scheme", ["average_acceleration"])
 def test_examples_5_5_and_5_6_of_chopra(scheme: str) -> None:
@@ -119,16 +118,6 @@ def test_the_exact_motion_is_that_which_scipy_integrates(of: Oscillator, load: A
     u_, v_, p, _, _, _ = integral
     start = v**2 / 2 + of.stored(u, of.committed(u, 0.0))
     assert v_**2 / 2 + of.stored(u_, p) + integral[3] + integral[4] == pytest.approx(start + integral[5], rel=1e-12)
-
-
-def back_in_time(scheme: str) -> bool:
-    """Whether it takes the internal force at a stage before t_n, as found from the declaration alone."""
-    at = stepper(scheme, fitting(scheme, OMEGA, 0.05, 10.0, 0.1), ss.Step(0.0), 0.1).instants_of_force
-    return min(at) < -1e-12
-
-
-def test_which_schemes_go_back_in_time() -> None:
-    assert [name for name in MARCHED if back_in_time(name)] == ["crouzeix4", "forest_ruth", "yoshida6"]
 
 
 def error(of: Oscillator, scheme: str, load: Any, pieces: Any, t_end: float, n: int, u: float, v: float) -> Any:
@@ -183,7 +172,7 @@ def test_order(scheme: str) -> None:
     so that the force at the stage is wrong by the stiffness times the way, O(h). No rule of when to commit changes it.
     """
     own = min(ss.scheme(scheme).order[:2])
-    expected = 1 if back_in_time(scheme) else own
+    expected = 1 if scheme in BACK_IN_TIME else own
     observed = away(scheme)
     assert expected - 0.15 < observed < expected + 0.45
     steps = (40, 80, 160, 320, 640, 1280, 2560) if VERIFY else (40, 80, 160, 320)
@@ -192,8 +181,9 @@ def test_order(scheme: str) -> None:
     assert last < (0.3 if min(expected, 2) == 1 else 2e-2) * (80 / steps[-1]) ** min(expected, 2)
 
 
+@pytest.mark.every_scheme
 @pytest.mark.usefixtures("plainly")
-@pytest.mark.parametrize("scheme", ["crouzeix4", "forest_ruth", "yoshida6"])
+@pytest.mark.parametrize("scheme", sorted(BACK_IN_TIME))
 def test_order_of_schemes_that_go_back_in_time_while_the_spring_is_elastic(scheme: str) -> None:
     of, T, e = fitting(scheme, OMEGA, 0.05, 200.0, 0.1), 0.8, []
     for n in (32, 64):
@@ -235,8 +225,12 @@ def compare(scheme: str, of: Oscillator, u: float, v: float, h: float = 0.05, n:
 def test_a_step_is_that_of_the_declaration_with_memory_committed_by_the_rule(scheme: str) -> None:
     assert compare(scheme, fitting(scheme, 5.0, 0.04, 4.0, 0.1), 0.1, 1.5) < 1e-11
     assert compare(scheme, fitting(scheme, 8.0, 0.0, 3.0, 0.0), 0.0, 0.0) < 1e-11
+    of = fitting(scheme, 5.0, 0.04, 4.0, 0.1)
+    instants = committed_steps.Remembering(*declared(scheme, of, ss.Step(0.0), {}), 0.05).instants_of_force
+    assert (min(instants) < -1e-12) == (scheme in BACK_IN_TIME)
 
 
+@pytest.mark.every_scheme
 @pytest.mark.usefixtures("plainly")
 @pytest.mark.parametrize(("u", "v"), [(0.6, 2.0), (-0.6, 2.0), (0.6, -2.0)])
 @pytest.mark.parametrize("scheme", ["average_acceleration", "bathe", "kr_alpha", "houbolt", "rk4"])
@@ -257,7 +251,8 @@ def test_a_step_with_other_parameters(scheme: str) -> None:
         values = dict[str, float]()
         for p in BY_NAME[scheme].parameters:
             low, high = float(p.domain.inf), min(float(p.domain.sup), float(p.domain.inf) + 2.0)
-            values[p.name] = float(low + (high - low) * rng.uniform(0.05, 0.95))
+            default = float(ss.scheme(scheme).parameters[p.name])
+            values[p.name] = default + 0.3 * (float(rng.uniform(low, high)) - default)
         try:
             ss.scheme(scheme, **values)
         except ValueError:  # parameters that do not fit each other
@@ -300,6 +295,7 @@ def test_what_cannot_take_a_law_is_refused_by_name() -> None:
 SEVERAL = ["bathe", "theta_method", "rk4", "bdf3", "wilson_theta"]  # sub-steps, iterated, stages, a starter, beyond
 
 
+@pytest.mark.every_scheme
 @pytest.mark.usefixtures("plainly")
 @pytest.mark.parametrize("scheme", SEVERAL)
 def test_lanes_of_a_block_are_runs_alone(scheme: str) -> None:
@@ -348,6 +344,7 @@ def test_a_sweep_over_strengths_and_frequencies(keep: str) -> None:
                 assert at[name].values.ravel() == pytest.approx(np.ravel(x), abs=1e-12)
 
 
+@pytest.mark.every_scheme
 @pytest.mark.parametrize("scheme", ["bathe"])
 def test_compiled_kernels_are_the_plain_ones(scheme: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """In a block of lanes and alone, to what contraction of products and sums changes."""
@@ -369,6 +366,7 @@ def test_compiled_kernels_are_the_plain_ones(scheme: str, monkeypatch: pytest.Mo
 # -- going on
 
 
+@pytest.mark.every_scheme
 @pytest.mark.usefixtures("plainly")
 @pytest.mark.parametrize(
     "scheme", [*SEVERAL, "kr_alpha", "central_difference_lagged", "gholampour", "generalized_alpha"]
@@ -420,7 +418,7 @@ def test_the_work_of_the_force_is_stored_or_dissipated(alpha: float) -> None:
     of, one = Oscillator(5.0, 0.04, 4.0, alpha), scene(Oscillator(5.0, 0.04, 4.0, alpha), "bathe")
     path = np.concatenate([[0.0], np.random.default_rng(8).normal(size=60).cumsum() * of.at_yield])
     memory, p, work = np.zeros(2), 0.0, 0.0
-    for a, b in zip(path, path[1:], strict=False):
+    for a, b in pairwise(path):
         work, p = work + of.work(a, b, p), of.committed(b, p)
         memory = one.committed(np.array([b]), memory)
         assert memory[0] == pytest.approx(p, abs=1e-13)
@@ -430,9 +428,10 @@ def test_the_work_of_the_force_is_stored_or_dissipated(alpha: float) -> None:
             of.force(b, p)
         )
         assert stored + memory[1] == pytest.approx(work, rel=1e-12)
-    assert memory[1] > 10 * of.strength * of.at_yield
+    assert memory[1] > 10 * (1 - alpha) * of.strength * of.at_yield
 
 
+@pytest.mark.every_scheme
 @pytest.mark.usefixtures("plainly")
 @pytest.mark.parametrize("scheme", ["average_acceleration", "bathe", "rk4", "central_difference"])
 def test_the_account_of_energy_closes(scheme: str) -> None:
