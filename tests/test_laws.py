@@ -200,7 +200,7 @@ def test_order_of_schemes_that_go_back_in_time_while_the_spring_is_elastic(schem
 
 @pytest.mark.usefixtures("plainly")
 def test_residual_displacement() -> None:
-    """What remains after a pulse, 1.2 m, to 1e-8 m."""
+    """What remains after a pulse, 2 m, to 1e-8 m."""
     of = Oscillator(OMEGA, 0.05, 15.0, 0.1)
     motion = exact(of, half_sine(40.0, 0.8), 4.0)
     assert motion.events[-1] < 2.0
