@@ -1,0 +1,216 @@
+"""Any declaration stepped number by number on an oscillator whose spring remembers; nothing of the derivation is used.
+
+All relations and the inertia of each balance are one linear system, so that every new symbol is affine in the inertias
+s. The balances are met in the order declared: each is one equation in its own s, whose root is found by bracketing.
+When memory is committed is found from numbers too: the same linear system is stepped through the motions u = t and
+u = t^2, which say where the knots are in time and whether they follow the motion.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property, partial
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from declared_steps import Marcher, System
+from scipy.optimize import brentq
+from substep_derive import Scheme
+from substep_derive.declare.symbols import N, f, knot, knot_of, lattice
+from sympy import Symbol
+
+Array = Any
+u0, v0, a0 = knot(0)
+u1, v1, a1 = knot(1)
+
+
+def lag(symbol: Symbol) -> float:
+    """When the symbol of a state is, in steps after t_n: -1 for u_-1."""
+    return float(lattice((knot_of(symbol) or ("", "0"))[1]) or 0)
+
+
+def successor(symbol: Symbol) -> Symbol:
+    """The symbol of the same kind a step later."""
+    return Symbol(f"{symbol.name[0]}_{(lattice((knot_of(symbol) or ('', '0'))[1]) or 0) + 1}")
+
+
+@dataclass(frozen=True)
+class Spring:
+    """q = alpha k e + (1 - alpha) k (e - p), by cases: p is what remains."""
+
+    k: float
+    strength: float
+    alpha: float
+
+    def committed(self, e: float, p: float) -> float:
+        """What remains after a path to e without a turn."""
+        at = self.strength / self.k
+        return e - at if e > p + at else e + at if e < p - at else p
+
+    def force(self, e: float, p: float) -> float:
+        """The force at e on the way from where p was committed."""
+        return self.alpha * self.k * e + (1 - self.alpha) * self.k * (e - self.committed(e, p))
+
+
+Terms = list[tuple[Any, float, Any]]  # of a linear form: symbol or atom, coefficient, the form of a force's argument
+
+
+class Remembering:
+    """Steps of the scheme on u'' + damping u' + spring(u) = load(t)."""
+
+    def __init__(self, scheme: Scheme, values: Mapping[Symbol, Any], spring: Spring, damping: float,
+                 load: Callable[[float], float], h: float, tangent: float | None = None) -> None:  # fmt: skip
+        """tangent: that which a start takes at u_0; by default the spring's before it yields."""
+        k, first = np.array([[spring.k]]), np.array([[spring.k if tangent is None else tangent]])
+        linear = System(lambda u: k @ u, lambda u: k, lambda a, b: a, np.array([[damping]]), np.atleast_1d)
+        self.marcher = Marcher(scheme, values, linear, h, np.zeros(1))
+        self.marcher.matrices[3] = first
+        self.scheme, self.spring, self.damping, self.load, self.h = scheme, spring, damping, load, h
+        self.unknowns, self.state = scheme.unknowns, scheme.state
+        self.balances = [tuple(map(self.form, (b.inertia, b.damping, b.force, b.load))) for b in scheme.balances]
+        rows = [self.form(symbol - e) for symbol, e in scheme.relations.items()]
+        rows += [inertia for inertia, *_ in self.balances]
+        read = [self.row(terms) for terms in rows]
+        given = np.zeros((len(rows), len(self.balances)))
+        given[-len(self.balances) :] = np.eye(len(self.balances))
+        inverse = np.linalg.inv(np.array([new for new, _ in read]))
+        self.by_state, self.by_s = -inverse @ np.array([old for _, old in read]), inverse @ given
+
+    def form(self, e: Any) -> Terms:
+        """The terms of an expression linear in symbols, N and f."""
+
+        def plain(terms: Any) -> Terms:
+            return [(atom, float(c[0, 0]), plain(inner[0]) if inner else None) for atom, c, inner in terms]
+
+        return plain(self.marcher.form(e))
+
+    def row(self, terms: Terms) -> tuple[Array, Array]:
+        """The coefficients of the new symbols and of the state."""
+        new, old = np.zeros(len(self.unknowns)), np.zeros(len(self.state))
+        for symbol, c, _ in terms:
+            where, names = (new, self.unknowns) if symbol in self.unknowns else (old, self.state)
+            where[names.index(symbol)] += c
+        return new, old
+
+    def symbols(self, state: Array, s: Array) -> dict[Symbol, float]:
+        """Every symbol of a step."""
+        new = self.by_state @ state + self.by_s @ s
+        return dict(zip((*self.state, *self.unknowns), (*state, *new), strict=True))
+
+    def through(self, power: int) -> dict[Symbol, float]:
+        """Every symbol of a step through the motion u = (t/h)^power, of which the balances give the acceleration."""
+        motion = [
+            lambda t: t**power,
+            lambda t: power * t ** (power - 1) / self.h,
+            lambda t: (power - 1) * 2 / self.h**2,
+        ]
+        state = np.array(["uva".index(s.name[0]) for s in self.state])
+        old = [motion[kind](lag(s)) for kind, s in zip(state, self.state, strict=True)]
+        return self.symbols(np.array(old), np.full(len(self.balances), motion[2](0.0)))
+
+    @cached_property
+    def instants_of_force(self) -> list[float]:
+        """When the balances take the spring's force, in steps after t_n."""
+        at = self.through(1)
+        return [
+            sum(c * at[s] for s, c, _ in inner) for b in self.balances for atom, _, inner in b[2] if isinstance(atom, N)
+        ]
+
+    @cached_property
+    def commits(self) -> list[tuple[int, Symbol]]:
+        """The balances after which memory is committed within a step, and the displacement at which it is.
+
+        A displacement does where the force is taken at it, or at a mixture with it, and where both motions of `through`
+        pass through it, between the one before it and the end of the step. None where they do not go forward in time.
+        """
+        at, square = self.through(1), self.through(2)
+        ways, met = list[tuple[int, Symbol]](), set(self.state)
+        for k, (_, _, force, _) in enumerate(self.balances):
+            read = {s for atom, _, inner in force if isinstance(atom, N) for s, _, _ in inner}
+            ways += [(k, s) for s in sorted(read - met, key=str)]
+            met |= read
+        if any(at[s] < at[before] - 1e-12 for (_, before), (_, s) in pairwise(ways)):
+            return []
+        found, last = list[tuple[int, Symbol]](), 0.0
+        for k, s in ways:
+            if last + 1e-12 < at[s] < 1 - 1e-12 and abs(square[s] - at[s] ** 2) < 1e-12:
+                found.append((k, s))
+                last = at[s]
+        return found
+
+    def force(self, e: float, known: Mapping[float, float], last: float) -> float:
+        """The spring's force: of where memory was committed, if it was at e, else from the last one committed."""
+        return self.spring.force(e, known.get(e, last))
+
+    def value(
+        self, terms: Terms, x: Mapping[Symbol, float], t: float, known: Mapping[float, float], last: float
+    ) -> float:
+        total = 0.0
+        for atom, c, inner in terms:
+            if isinstance(atom, f):
+                total += c * self.load(t + self.h * self.marcher.instant(atom))
+            elif isinstance(atom, N):
+                total += c * self.force(self.value(inner, x, t, known, last), known, last)
+            else:
+                total += c * x[atom]
+        return total
+
+    def residual(
+        self, k: int, state: Array, s: Array, t: float, known: Mapping[float, float], last: float, inertia: float
+    ) -> float:
+        """Of the k-th balance at an inertia of its own, those of the balances before it given."""
+        _, damping, force, load = self.balances[k]
+        x = self.symbols(state, np.array([*s[:k], inertia, *s[k + 1 :]]))
+        damped, forced, loaded = (self.value(terms, x, t, known, last) for terms in (damping, force, load))
+        return inertia + self.damping * damped + forced - loaded
+
+    def step(self, state: Array, p: float, t: float) -> tuple[dict[Symbol, float], float, Array]:
+        """Every symbol, what remains, and u, v, a (NaN without one of its own) at the end of a step from t."""
+        s = np.zeros(len(self.balances))
+        known, last = ({state[self.state.index(u0)]: p} if u0 in self.state else {}), p
+        for k in range(len(self.balances)):
+            s[k] = root(partial(self.residual, k, state, s, t, known, last))
+            for e in [self.symbols(state, s)[where] for balance, where in self.commits if balance == k]:
+                known[e] = last = self.spring.committed(e, last)
+        x = self.symbols(state, s)
+        rows = []
+        for symbol in (u1, v1, a1):
+            e = self.scheme.report.get(symbol, symbol)
+            own = e != symbol or symbol in x
+            rows.append(self.value(self.form(e), x, t, known, last) if own else np.nan)
+        return x, self.spring.committed(rows[0], last), np.array(rows)
+
+
+def root(residual: Callable[[float], float]) -> float:
+    """Where an increasing function is 0, to rounding."""
+    at, width = residual(0.0), 1.0
+    if at == 0:
+        return 0.0
+    while np.sign(residual(-np.sign(at) * width)) == np.sign(at):
+        width *= 4
+        assert width < 1e30
+    return brentq(residual, *sorted((0.0, -np.sign(at) * width)), xtol=1e-14, rtol=1e-15)
+
+
+def history(
+    scheme: Scheme, values: Mapping[Symbol, Any], spring: Spring, damping: float, load: Callable[[float], float],
+    h: float, n: int, u: float, v: float, tangent: float | None = None,
+) -> Array:  # fmt: skip
+    """u, v, a, p (n + 1 rows) from u and v at t = 0, to which the spring was strained at once."""
+    p = spring.committed(u, 0.0)
+    rows = [np.array([u, v, load(0.0) - damping * v - spring.force(u, p), p])]
+    stepper = Remembering(scheme, values, spring, damping, load, h, tangent)
+    starter = scheme.start_scheme
+    if starter is not None:
+        first = -int(min(map(lag, scheme.state)))
+        rows = list(history(starter, {}, spring, damping, load, h, first, u, v))
+        state = np.array([rows[first + int(lag(s))]["uva".index(s.name[0])] for s in scheme.state])
+    else:
+        given = dict(zip((u0, v0, a0), rows[0], strict=False))
+        start: Any = scheme.start
+        state = np.array([stepper.value(stepper.form(start.get(s, s)), given, 0.0, {u: p}, p) for s in scheme.state])
+    for i in range(len(rows) - 1, n):
+        x, p, row = stepper.step(state, rows[-1][3], i * h)
+        rows.append(np.array([*row, p]))
+        state = np.array([x[successor(s)] for s in scheme.state])
+    return np.array(rows)
