@@ -85,19 +85,19 @@ def incremental_dynamic_analysis(
         raise unknown_name("a law", str(law), LAWS)
     alpha = float(inside("hardening", real_number("hardening", hardening), 0.0, 1.0, False, True))
     bound = float(inside("collapse", real_number("collapse", collapse), 1.0, None, True, True))
-    omega, I = 2.0 * np.pi / T, len(levels)
-    S_a, scale, ductility = np.full((3, len(loads), len(T), I), np.nan)
+    omega, count = 2.0 * np.pi / T, len(levels)
+    S_a, scale, ductility = np.full((3, len(loads), len(T), count), np.nan)
     for r, load in enumerate(loads):
         elastic = omega**2 * peaks_at_samples(s, omega, np.full(len(T), float(damping)), load, errors=False).found[0]
         with np.errstate(divide="ignore"):
             scale[r] = levels if measure == "scale" else levels / elastic[:, None]
         S_a[r] = elastic[:, None] * scale[r]
         known = np.isfinite(elastic) & np.isfinite(scale[r]).all(axis=1)
-        per_lane = (np.repeat(x[known], I) for x in (omega, np.full(len(T), float(damping))))
         weaker = np.broadcast_to(yields, T.shape)[known, None] / scale[r, known]  # as the record itself is not scaled
-        o = Yielding(*per_lane, weaker.ravel(), alpha, law)
+        lanes_xi = np.full(weaker.size, float(damping))
+        o = Yielding(np.repeat(omega[known], count), lanes_xi, weaker.ravel(), alpha, law)
         if known.any():
-            ductility[r, known] = (peaks(s, o, load) / o.yield_displacement).reshape(-1, I)
+            ductility[r, known] = (peaks(s, o, load) / o.yield_displacement).reshape(-1, count)
     collapsed = ductility >= bound
     over = ("record", "period", "intensity")
     displacement = ductility * (yields / omega**2)[:, None]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,10 +14,10 @@ from ..core.errors import called_as, damping_ratio, inside, number_or_row, real_
 from ..core.loads import Record
 from ..core.schemes import Scheme
 from ..run.schemes import numbers_only
-from .constant_ductility import strengths_of
-from .peaks import peaks_at_samples, refined, relative
+from .peaks import refined, relative
 from .spectrum import attributes, natural_periods, record_of
-from .yielding import LAWS, Demand, Yielding, demands, peaks
+from .yield_strengths import Asked, Found, strengths
+from .yielding import LAWS, Demand, Yielding, demands
 
 if TYPE_CHECKING:
     from xarray import Variable
@@ -30,31 +30,6 @@ KEPT = {  # what may be constant: long name, unit
     "strength": ("yield strength per unit mass", "m s-2"),
     "R_y": ("elastic strength over yield strength", "1"),
 }
-
-
-class Asked(NamedTuple):
-    """What a spectrum is of: `kept`, a key of KEPT, is constant at `values`, () or (K,); the rest as its arguments."""
-
-    record: Record
-    scheme: Scheme
-    xi: float
-    kept: str
-    values: Array
-    law: str
-    hardening: float
-    tolerance: float
-
-
-class Found(NamedTuple):
-    """Strengths (K, P), m/s^2, NaN where none is found, and of K ductilities how many there are; elastic: (P,).
-
-    marched: how many oscillators it took to find them.
-    """
-
-    strength: Array
-    elastic: Array
-    solutions: NDArray[np.int64] | None
-    marched: int
 
 
 @called_as("inelastic_spectrum(accelerations, dt=0.01, ductility=[1, 2, 4])")
@@ -111,7 +86,8 @@ def inelastic_spectrum(
     """
     from .inelastic_history import InelasticSpectrum  # noqa: PLC0415 (loads xarray)
 
-    load = refined(record_of(record, dt, unit), _whole("steps", steps))
+    ground, each = record_of(record, dt, unit), _whole("steps", steps)
+    load = refined(ground, each)
     T, s = yielding_periods(periods), numbers_only(scheme, "call once for each")
     damping = damping_ratio("xi", real_number("xi", xi))
     refuse_damping(s, damping)
@@ -162,40 +138,11 @@ def inelastic_spectrum(
         kept: named(dims[:-1], values, dict(zip(("long_name", "units"), KEPT[kept], strict=True))),
         "xi": named((), damping, {"long_name": "damping ratio", "units": "1"}),
     }
-    attrs = attributes(s, (load,), int(np.count_nonzero(~np.isfinite(found.elastic))))
-    attrs |= {"law": law, "hardening": alpha, "tolerance": within, "marched": found.marched}
+    attrs = attributes(s, (ground,), int(np.count_nonzero(~np.isfinite(found.elastic))))
+    attrs |= {"steps": each, "law": law, "hardening": alpha, "tolerance": within, "marched": found.marched}
     spectrum = InelasticSpectrum(variables, coordinates, attrs)
     spectrum.asked = asked
     return spectrum
-
-
-def strengths(asked: Asked, omega: Array) -> Found:
-    """The strengths of oscillators omega (P,), rad/s, that give what is asked for."""
-    every = np.full(len(omega), asked.xi)
-    displacement = peaks_at_samples(asked.scheme, omega, every, asked.record, errors=False).found[0]
-    elastic = np.where(np.isfinite(displacement), omega**2 * displacement, np.nan)  # NaN where the scheme is unstable
-    values = np.atleast_1d(asked.values)[:, None]
-    if asked.kept != "ductility":
-        strength = values / np.ones_like(elastic) if asked.kept == "strength" else elastic / values
-        return Found(np.where(elastic >= 0.0, strength, np.nan), elastic, None, strength.size)
-    loaded = np.flatnonzero(elastic > 0.0)
-    reduction, solutions = np.full((2, len(values), len(omega)), np.nan)
-    solutions[:] = 0
-    beyond, marched = values[:, 0] > 1.0, 0
-    reduction[~beyond], solutions[~beyond] = 1.0, 1
-    if beyond.any() and len(loaded):
-
-        def ductility(i: NDArray[np.int64], R: Array) -> Array:
-            of, first_yield = loaded[i], displacement[loaded[i]] / R
-            o = Yielding(omega[of], every[of], elastic[of] / R, asked.hardening, asked.law)
-            return peaks(asked.scheme, o, asked.record) / first_yield
-
-        r = strengths_of(ductility, values[beyond, 0], len(loaded), asked.tolerance)
-        where = np.ix_(beyond, loaded)
-        reduction[where], solutions[where], marched = r.reduction, r.solutions, r.lanes
-    reduction[:, ~(elastic > 0.0)], solutions[:, ~(elastic > 0.0)] = np.nan, 0
-    solutions[np.isnan(reduction)] = 0
-    return Found(elastic / reduction, elastic, solutions.astype(np.int64), marched + reduction.size)
 
 
 def _demands(asked: Asked, omega: Array, found: Found, errors: bool) -> tuple[Demand, Demand | None]:

@@ -8,7 +8,7 @@ from ..core.loads import Record
 from ..core.response import Response
 from ..core.scenes import scene
 from ..marching.run import march
-from .inelastic import Asked, strengths
+from .yield_strengths import Asked, strengths
 from .yielding import LAWS
 
 
