@@ -68,7 +68,7 @@ def incremental_dynamic_analysis(
     >>> s = ss.incremental_dynamic_analysis(
     ...     [np.sin(6 * t), np.sin(t)], [0.5, 1.0], [1.0, 4.0], strength=2.0, measure="scale", dt=0.02)
     >>> s.ductility[1].to_numpy().round(2).tolist()  # a slow record; each period a row
-    [[0.51, inf], [0.53, inf]]
+    [[0.51, inf], [0.55, inf]]
     """
     from xarray import Dataset  # noqa: PLC0415 (on first use)
 
