@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ..core.arrays import Array
 
-RATIO = 2.0**0.2  # of neighbouring strengths of the grid
+RATIO = 2.0**0.1  # of neighbouring strengths of the grid
 BEYOND = 2.0  # times the largest ductility is the reduction of strength to which the grid goes at first
 WEAKEST = 1e6  # the reduction at which a target is given up
 ROUNDS = 60  # of brackets, at most

@@ -61,7 +61,7 @@ def inelastic_spectrum(
     Constant is one of three, a number or a row (K,): ductility >= 1, the largest displacement over that of first yield,
     by default (1, 1.5, 2, 4, 8); strength > 0, A_y in m/s^2; R_y > 0, the strength that the oscillator would need to
     stay elastic over A_y. Of a ductility A_y is the largest strength that gives it, on a grid of strengths a factor
-    2^0.2 apart, refined in between until the ductility is within `tolerance`, relative; `solutions` counts how often
+    2^0.1 apart, refined in between until the ductility is within `tolerance`, relative; `solutions` counts how often
     the grid crosses it. Where none is found, values are NaN and solutions 0.
 
     Returns a Dataset over what is constant, if that is a row, and period: A_y, m/s^2, a pseudo-acceleration, of

@@ -45,8 +45,8 @@ def strengths(asked: Asked, omega: Array) -> Found:
     elastic = np.where(np.isfinite(displacement), omega**2 * displacement, np.nan)  # NaN where the scheme is unstable
     values = np.atleast_1d(asked.values)[:, None]
     if asked.kept != "ductility":
-        strength = values / np.ones_like(elastic) if asked.kept == "strength" else elastic / values
-        return Found(np.where(elastic >= 0.0, strength, np.nan), elastic, None, strength.size)
+        strength = values + 0.0 * elastic if asked.kept == "strength" else elastic / values
+        return Found(np.where(strength > 0.0, strength, np.nan), elastic, None, strength.size)
     loaded = np.flatnonzero(elastic > 0.0)
     reduction, solutions = np.full((2, len(values), len(omega)), np.nan)
     solutions[:] = 0
