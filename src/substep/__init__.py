@@ -16,6 +16,8 @@ from .core.response import Response
 from .core.scenes import Scene, scene, scenes
 from .core.schemes import Scheme, scheme, schemes
 from .ground_motion.design_spectrum import design_spectrum
+from .ground_motion.incremental import incremental_dynamic_analysis
+from .ground_motion.inelastic import inelastic_spectrum
 from .ground_motion.intensity import intensity
 from .ground_motion.modal_combination import response_spectrum_analysis, spectrum_beside_history
 from .ground_motion.records import read_record
@@ -71,6 +73,8 @@ __all__ = [
     "Structure",
     "choose",
     "design_spectrum",
+    "incremental_dynamic_analysis",
+    "inelastic_spectrum",
     "intensity",
     "law",
     "laws",

@@ -68,7 +68,7 @@ def step_text(body: Body, clock: Clock, layout: Layout, results: Iterable[Part |
     """What a step computes; results: what follows its phases, in the same lines of a lane as the last of them."""
     to = _Writer(clock, layout, KernelPrinter(layout.names(body)))
     *phases, last = body.phases
-    texts = [to.each(to.loads(body))] if body.loads else []
+    texts = [to.loads(body)] if body.loads else []
     for phase in phases:
         texts.append(to.newton(phase) if isinstance(phase, BalanceStep) else to.each(to.straight(phase)))
     assert isinstance(last, tuple)  # as `phases` says
@@ -89,10 +89,19 @@ class _Writer:
         return "\n".join([*([placed([self.layout.each], 2)] if self.layout.each else []), text])
 
     def loads(self, body: Body) -> str:
-        """Lines that read the loads of a step."""
-        w, instants = self.printer, (self.printer.doprint(t + tau * h) for tau in body.stencil)
-        read = (self.clock.load.format(lane=self.layout.lane, k=k, at=at) for k, at in enumerate(instants))
-        return placed((f"{w.doprint(s)} = {text}" for s, text in zip(body.loads, read, strict=True)), self.layout.depth)
+        """Lines that read the loads of a step: side by side without a search for a lane's own where all share one."""
+        w, instants = self.printer, [self.printer.doprint(t + tau * h) for tau in body.stencil]
+
+        def of(lane: str) -> list[str]:
+            read = (self.clock.load.format(lane=lane, k=k, at=at) for k, at in enumerate(instants))
+            return [f"{w.doprint(s)} = {text}" for s, text in zip(body.loads, read, strict=True)]
+
+        if not self.layout.each:
+            return placed(of(self.layout.lane), self.layout.depth)
+        shared, own = (
+            placed([self.layout.each, *(f"    {x}" for x in of(lane))], 3) for lane in ("0, ", self.layout.lane)
+        )
+        return "\n".join([placed(["if forces.shape[0] == 1:"], 2), shared, placed(["else:"], 2), own])
 
     def straight(self, parts: Sequence[Part | str]) -> str:
         """Lines of assignments."""

@@ -36,6 +36,7 @@ from .choose import choose
 from .command import Command
 from .estimators import estimator
 from .failures import failures
+from .inelastic import inelastic, report
 from .lines import folded
 
 if TYPE_CHECKING:
@@ -249,10 +250,12 @@ def spectrum(
     unit: Annotated[str, typer.Option(help="g, m/s^2, cm/s^2, gal or in/s^2; by default what the file says")] = "",
     resample: Annotated[float | None, typer.Option(help="interpolate the record to this step in s first")] = None,
     refine: Annotated[str, typer.Option(help="auto: more steps a sample where a period needs them for 1 %")] = "",
+    ductility: Annotated[str, typer.Option(help="as 1,2,4: of oscillators that yield, and the strength for it")] = "",
+    hardening: Annotated[float, typer.Option(help="after yielding, of the initial stiffness; with --ductility")] = 0.0,
     csv: Annotated[Path | None, typer.Option(help="write the spectrum here")] = None,
     chart: Annotated[Path | None, typer.Option(help="draw it here, without suffix")] = None,
 ) -> None:
-    """Report the peak response of oscillators to a ground motion, with the scheme's own error.
+    """Report the peak response of oscillators to a ground motion, elastic or yielding, with the scheme's own error.
 
     Parameters of the scheme follow as numbers.
     """
@@ -266,6 +269,11 @@ def spectrum(
         with working(f"response spectrum of {file.name}"):
             own = scheme_of(scheme_name, exact_options(context.args))
             record = read_record(file, dt, unit or None, resample=resample)
+            if ductility:
+                yielding = inelastic(record, T, xi, own, ductility, hardening, refine)
+                return report(yielding, file.name, csv, chart)
+            if hardening:
+                raise ValueError(f"expected --hardening with --ductility, got {hardening:g} alone; give both")
             s = response_spectrum(record, periods=T, xi=xi, scheme=own, refine=refine or None)
     except (ValueError, OSError, ImportError) as error:
         raise typer.BadParameter(str(error)) from error

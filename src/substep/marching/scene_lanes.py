@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..core.arrays import Array, copy_rows
 from ..core.kernel_modules import committed, printed
+from ..core.loads import LoadLanes
 from ..core.scenes import Scene
 from ..core.schemes import Scheme
 from ..core.state import State
@@ -124,7 +125,8 @@ def march_lanes(
         values = [np.broadcast_to(x, P) for x in scheme.parameters.values()]
         stencil, at_start = (_columns(f(*values), P) for f in (module.stencil, module.start_stencil))
         every = np.arange(begin.first, begin.first + steps)[:, None]
-        arrays["forces"] = scene.forces(begin.origin + (every + stencil[:, None]) * dt[:, None, None])
+        own = slice(1 if _share_loads(scene, scheme, dt) else None)
+        arrays["forces"] = scene.forces(begin.origin + (every + stencil[own, None]) * dt[own, None, None])
         arrays["start_forces"] = scene.forces(begin.origin + (begin.first + at_start) * dt[:, None])
     head = None
     if begin.rows is not None:
@@ -185,6 +187,12 @@ def _of_lanes(x: Any, shape: tuple[int, ...]) -> Array:
     found = np.empty(shape)
     found[...] = x
     return found
+
+
+def _share_loads(scene: Scene, scheme: Scheme, dt: Array) -> bool:
+    """Whether the load is the same in every lane, at the same instants: one row of it serves them all."""
+    alike = len(dt) > 0 and bool((dt == dt[0]).all()) and not isinstance(scene.load, LoadLanes)
+    return alike and all(np.ndim(x) == 0 for x in scheme.parameters.values())
 
 
 def _rows_kept(
@@ -255,9 +263,14 @@ def _run(
     march, least, cost = (module.march, 1, 100) if few else (module.march_block, LEAST, 4)  # ns a step of a lane
     given = [arrays[name] for name in module.ARGUMENTS]
 
+    shared = arrays["forces"] if "forces" in arrays and len(arrays["forces"]) == 1 else None
+
+    def of(chosen: slice) -> list[Any]:
+        """The arguments of some lanes; one row of loads serves them all."""
+        return [x[chosen] if isinstance(x, np.ndarray) and x is not shared else x for x in given]
+
     def part(first: int, last: int) -> None:
-        chosen = slice(first, last)
-        march(*(x[chosen] if isinstance(x, np.ndarray) else x for x in given))
+        march(*of(slice(first, last)))
 
     def part_read(first: int, last: int) -> None:
         assert reader is not None
@@ -266,7 +279,7 @@ def _run(
         room = np.empty((together, rows, *early.shape[2:]))
         for begin in range(first, last, together):
             chosen = slice(begin, min(begin + together, last))
-            own: list[Any] = [x[chosen] if isinstance(x, np.ndarray) else x for x in given]
+            own = of(chosen)
             own[place] = out = room[: chosen.stop - begin]
             if early.shape[1]:
                 out[:, : early.shape[1]] = early[chosen]
