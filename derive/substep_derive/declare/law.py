@@ -25,9 +25,27 @@ def before(memory: Symbol) -> Symbol:
     return Symbol(f"{memory.name}_before")
 
 
+class larger(Function):
+    """The larger of two arguments: SymPy's Max without its simplification, which takes long."""
+
+    nargs = 2
+
+
+class smaller(Function):
+    """The smaller of two arguments."""
+
+    nargs = 2
+
+
+class where_at_least(Function):
+    """Of arguments a, b, x, y: x where a >= b, else y."""
+
+    nargs = 4
+
+
 def clip(x: Any, low: Any, high: Any) -> Expr:
     """x where it lies between low and high, else the nearer of the two."""
-    return Max(low, Min(high, x))
+    return larger(low, smaller(high, x))
 
 
 @dataclass(frozen=True)
@@ -144,24 +162,6 @@ class Element:
         """The same with other symbols of the scene."""
         changed = {name: x.subs(names, simultaneous=True) for name, x in self.values.items()}
         return Element(self.law, self.elongation.subs(names, simultaneous=True), changed)
-
-
-class larger(Function):
-    """The larger of two arguments: SymPy's Max without its simplification, which takes long."""
-
-    nargs = 2
-
-
-class smaller(Function):
-    """The smaller of two arguments."""
-
-    nargs = 2
-
-
-class where_at_least(Function):
-    """Of arguments a, b, x, y: x where a >= b, else y."""
-
-    nargs = 4
 
 
 def _unevaluated(expression: Expr) -> Expr:

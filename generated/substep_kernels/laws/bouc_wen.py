@@ -43,10 +43,27 @@ def _slowness(w, A, c, n, top):
 
 
 @_inner
+def _near_zero(y, A, c, n, power):
+    """The integral of y^power dx of a motion dy/dx = A - c y^n from 0 to y, as far as c y^n is small beside A."""
+    ratio, total, term = c * y**n / A, 0.0, y ** (1 + power) / A
+    for j in range(40):
+        total += term / (n * j + 1 + power)
+        term *= ratio
+        if abs(term) <= 1e-18 * abs(total):
+            break
+    return total
+
+
+@_inner
 def _between(w0, w1, A, c, n, top, power):
-    """The integral of dx/dw, for power 1 times y, from w0 to w1: Gauss's rule of ten points on parts of length 1/2."""
+    """The integral of y^power dx from w0 to w1: near 0, where y^n is not smooth, by its series; else by Gauss's rule."""
+    y0, y1 = (w0, w1) if top == 0.0 else (-top * np.expm1(-w0), -top * np.expm1(-w1))
+    bound = (0.25 * A / abs(c)) ** (1.0 / n)
+    total = _near_zero(min(y1, bound), A, c, n, power) - _near_zero(min(y0, bound), A, c, n, power)
+    least = bound if top == 0.0 else -np.log1p(-bound / top)
+    w0, w1 = max(w0, least), max(w1, least)
     parts = max(1, int(np.ceil(2.0 * abs(w1 - w0))))
-    half, total = 0.5 * (w1 - w0) / parts, 0.0
+    half = 0.5 * (w1 - w0) / parts
     for part in range(parts):
         middle = w0 + (2 * part + 1) * half
         for k in range(5):

@@ -1,8 +1,11 @@
 """Laws that yield, of which what remains of the elongation is the memory."""
 
-from sympy import Interval, Max, Min, Piecewise, Symbol
+from collections.abc import Callable
+from itertools import pairwise
 
-from ..law import Law, before, clip, e
+from sympy import Expr, Integer, Interval, Piecewise, Symbol
+
+from ..law import Law, before, clip, e, larger, smaller
 from ..scene import POSITIVE, optional, required
 
 k, q_y, alpha, p = (Symbol(name) for name in ("k", "q_y", "alpha", "p"))
@@ -15,7 +18,7 @@ bilinear = Law(
     "bilinear",
     parameters=(required(k), required(q_y), HARDENING),
     memory={p: 0},
-    update={p: e - clip(e - p, -q_y / k, q_y / k)},
+    update={p: clip(p, e - q_y / k, e + q_y / k)},
     force=alpha * k * e + soft * (e - p),
     stored=alpha * k * e**2 / 2 + soft * (e - p) ** 2 / 2,
     dissipated=soft * (e - p) * (p - before(p)),
@@ -25,14 +28,14 @@ bilinear = Law(
 # with the accumulated plastic elongation kappa the strength grows, by the modulus that gives the slope alpha*k
 modulus = alpha * k / (1 - alpha)
 trial, limit = k * (e - p), q_y + modulus * kappa
-returned = Max(Min(trial, limit + alpha * (trial - limit)), -limit + alpha * (trial + limit))
+above, below = larger(trial - limit, 0), smaller(trial + limit, 0)  # how far the force would be beyond both limits
 grown = kappa - before(kappa)
 
 isotropic_bilinear = Law(
     "isotropic_bilinear",
     parameters=(required(k), required(q_y), HARDENING),
     memory={p: 0, kappa: 0},
-    update={p: e - returned / k, kappa: kappa + Max(e - returned / k - p, p - e + returned / k)},
+    update={p: p + (1 - alpha) / k * (above + below), kappa: kappa + (1 - alpha) / k * (above - below)},
     force=k * (e - p),
     stored=k * (e - p) ** 2 / 2,
     dissipated=(q_y + modulus * (kappa + before(kappa)) / 2) * grown,
@@ -43,7 +46,7 @@ coulomb = Law(
     "coulomb",
     parameters=(required(stiffness), required(q_y)),
     memory={p: 0},
-    update={p: e - clip(e - p, -q_y / stiffness, q_y / stiffness)},
+    update={p: clip(p, e - q_y / stiffness, e + q_y / stiffness)},
     force=stiffness * (e - p),
     stored=stiffness * (e - p) ** 2 / 2,
     dissipated=stiffness * (e - p) * (p - before(p)),
@@ -54,9 +57,9 @@ slip = Law(
     "slip",
     parameters=(required(stiffness), required(q_y), optional(gap, 0, Interval(0, POSITIVE.end))),
     memory={p: 0},
-    update={p: Max(p, e - gap - q_y / stiffness)},
-    force=Max(0, stiffness * (e - gap - p)),
-    stored=Max(0, stiffness * (e - gap - p)) ** 2 / (2 * stiffness),
+    update={p: larger(p, e - gap - q_y / stiffness)},
+    force=larger(0, stiffness * (e - gap - p)),
+    stored=larger(0, stiffness * (e - gap - p)) ** 2 / (2 * stiffness),
     dissipated=q_y * (p - before(p)),
     reference="a gap, then elastic, then yielding, in tension alone: OpenSees, ElasticPPGap",
 )
@@ -64,14 +67,41 @@ slip = Law(
 # towards the peak reached before on the other side; e_0, q_0: where it stands, e_p, e_m: peaks, z_p, z_m: where the
 # lines to them begin. A path up follows the unloading line, the line to the peak and the backbone, whichever is lowest.
 e_0, q_0, e_p, e_m, z_p, z_m = (Symbol(name) for name in ("e_0", "q_0", "e_p", "e_m", "z_p", "z_m"))
-unloading = q_0 + k * (e - e_0)
 crossing = e_0 - q_0 / k
 from_p, from_m = Piecewise((crossing, q_0 < 0), (z_p, True)), Piecewise((crossing, q_0 > 0), (z_m, True))
-peak_p, peak_m = q_y + alpha * (k * e_p - q_y), -q_y + alpha * (k * e_m + q_y)
-slope_p, slope_m = peak_p / (e_p - from_p), peak_m / (e_m - from_m)
-up = Min(unloading, slope_p * (e - from_p), q_y + alpha * (k * e - q_y))
-down = Max(unloading, slope_m * (e - from_m), -q_y + alpha * (k * e + q_y))
-followed = Min(Max(up, q_0), down)
+slope_p = (q_y + alpha * (k * e_p - q_y)) / (e_p - from_p)
+slope_m = (-q_y + alpha * (k * e_m + q_y)) / (e_m - from_m)
+
+
+def up(x: Expr) -> Expr:
+    """The force on a path up."""
+    return smaller(smaller(q_0 + k * (x - e_0), slope_p * (x - from_p)), q_y + alpha * (k * x - q_y))
+
+
+def down(x: Expr) -> Expr:
+    """The force on a path down."""
+    return larger(larger(q_0 + k * (x - e_0), slope_m * (x - from_m)), -q_y + alpha * (k * x + q_y))
+
+
+def meets(slope: Expr, begins: Expr) -> Expr:
+    """Where the unloading line meets the line to a peak; where it stands, if these are one line."""
+    apart = k - slope
+    return Piecewise(((k * e_0 - q_0 - slope * begins) / apart, apart > k / 10**9), (e_0, True))
+
+
+def work(force: Callable[[Expr], Expr], low: Expr, high: Expr, *corners: Expr) -> Expr:
+    """The integral of a force from e_0 to e, which bends at corners between low and high, the ends in their order."""
+    points = [e_0, *(clip(x, low, high) for x in corners), e]
+    return sum(((force(x) + force(y)) * (y - x) / 2 for x, y in pairwise(points)), Integer(0))
+
+
+followed = smaller(larger(up(e), q_0), down(e))
+first_p, first_m = meets(slope_p, from_p), meets(slope_m, from_m)
+done = Piecewise(
+    (work(up, e_0, e, first_p, larger(first_p, e_p)), e >= e_0),
+    (work(down, e, e_0, first_m, smaller(first_m, e_m)), True),
+)
+committed = {s: before(s) for s in (e_0, q_0, e_p, e_m, z_p, z_m)}
 
 clough = Law(
     "clough",
@@ -80,13 +110,14 @@ clough = Law(
     update={
         e_0: e,
         q_0: followed,
-        e_p: Max(e_p, e),
-        e_m: Min(e_m, e),
+        e_p: larger(e_p, e),
+        e_m: smaller(e_m, e),
         z_p: Piecewise((crossing, (q_0 < 0) & (followed >= 0)), (z_p, True)),
         z_m: Piecewise((crossing, (q_0 > 0) & (followed <= 0)), (z_m, True)),
     },
     force=q_0,
     stored=q_0**2 / (2 * k),
+    dissipated=done.subs(committed, simultaneous=True) - (q_0**2 - before(q_0) ** 2) / (2 * k),
     reference="peak-oriented, the stiffness degrades: Clough & Johnston, Proc. Japan Earthq. Eng. Symp. (1966) 227-232",
 )
 
