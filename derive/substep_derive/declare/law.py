@@ -174,7 +174,7 @@ def _unevaluated(expression: Expr) -> Expr:
     return expression.func(*args)
 
 
-def slope(expression: Expr, symbol: Symbol) -> Expr:
+def slope(expression: Expr, symbol: Expr) -> Expr:
     """The derivative, by branch: where arguments of Min or Max are equal, that of one of them."""
     if symbol not in expression.free_symbols:
         return Integer(0)

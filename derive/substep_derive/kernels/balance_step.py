@@ -140,7 +140,7 @@ def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
     after: Assignments = []
     for number, s in enumerate(moved):
         whole, predictor = w.hoisted(solved(s)), w.components(predicted(number))
-        w.instants[predicted(number)] = w.instants.get(s, S.Zero)
+        w.instants |= {predicted(number): w.instants[s]} if s in w.instants else {}
         reach[s] = whole[0].diff(z[0])
         before += assign(predictor, whole.subs(at_zero))
         after += assign(w.components(s), predictor + reach[s] * z)
@@ -195,7 +195,10 @@ def _elastic(w: Writer, stage: Stage, reach: dict[Symbol, Expr]) -> Matrix:
     """The derivative by z of the internal force before any law is strained."""
     displacement = stage.balance.force.replace(N, lambda u: u)
     tangent = w.motion.tangent_at_start([Integer(0)] * w.size)
-    return sum((displacement.diff(s) * c_u * tangent for s, c_u in reach.items()), zeros(w.size))
+    total = zeros(w.size)
+    for s, c_u in reach.items():
+        total += displacement.diff(s) * c_u * tangent
+    return total
 
 
 def _per_mass(motion: EquationsOfMotion) -> list[Expr]:

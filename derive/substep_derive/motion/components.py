@@ -109,7 +109,7 @@ class Writer:
     def _since(self, argument: Expr, place: int) -> Expr:
         return self.constant(h * (argument.subs({**self.instants, h: 1}) - list(self.committed.values())[place]))
 
-    def memory(self, place: int) -> dict[Symbol, Expr]:
+    def memory(self, place: int) -> dict[Symbol, Symbol]:
         """The names of the memory after so many commits of a step."""
         return {s: Symbol(f"memory{place or ''}_{s.name}") for s in self.motion.memory}
 

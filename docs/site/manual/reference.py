@@ -24,6 +24,9 @@ DOTTED = re.compile(r"`(substep(?:_derive)?(?:\.\w+)+)`")
 # what the symbols stand for that declarations are written in; `K_t`, `N`, `N_discrete` and `f` are functions of them
 SYMBOLS = {
     "C": "Damping of the equation of motion M a + C v + N(u) = f(t).",
+    "e": "In a law: the elongation.",
+    "e_dot": "In a law: the rate of the elongation.",
+    "elapsed": "In a law: the time since what it remembers was last committed.",
     "h": "The time step.",
     "K0": "Tangent stiffness at the start of the march, which coefficients that depend on the structure read.",
     "M": "Mass of the equation of motion.",

@@ -173,8 +173,7 @@ class SceneInfo:
             name=name,
             module=module or f"scenes.{name}",
             parameters=_by_name(
-                ParameterInfo(*literal, default=None if default is None else _constant(default))
-                for *literal, default in entry["parameters"]
+                ParameterInfo(*literal, default=constant(default)) for *literal, default in entry["parameters"]
             ),
             coordinates=entry["coordinates"],
             start=entry["start"],
@@ -197,8 +196,9 @@ class SceneInfo:
         return self.name if self.declaration is None else self.declaration
 
 
-def _constant(default: float) -> Callable[..., float]:
-    return lambda *_: default
+def constant(default: float | None) -> Callable[..., float] | None:
+    """A default that is a number as a function of the parameters before it; None for none."""
+    return None if default is None else lambda *_: default
 
 
 def _by_name(parameters: Any) -> Mapping[str, ParameterInfo]:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import Array
-from .entries import ParameterInfo
+from .entries import ParameterInfo, constant
 from .errors import real_array, unknown_name
 from .kernel_modules import loaded, printed
 
@@ -133,14 +133,8 @@ def law(name: str | Law | LawDeclaration, **parameters: ArrayLike) -> Law:
 
 
 def _parameters(module: ModuleType) -> dict[str, ParameterInfo]:
-    found = dict[str, ParameterInfo]()
-    for *literal, default in module.PARAMETERS:
-        found[literal[0]] = ParameterInfo(*literal, default=None if default is None else _constant(default))
-    return found
-
-
-def _constant(default: float) -> Any:
-    return lambda *_: default
+    literals: list[tuple[Any, ...]] = module.PARAMETERS
+    return {name: ParameterInfo(name, *domain, default=constant(default)) for name, *domain, default in literals}
 
 
 @cache

@@ -82,7 +82,8 @@ class State:
             )
         rows = cast("Mapping[str, Any]", carried or {})
         history = {label: np.atleast_1d(real_array(label, x)) for label, x in rows.items()}
-        memory = {name: real_number(f"{name} of start", x) for name, x in (parts.get("memory") or {}).items()}
+        remembered = cast("Mapping[str, Any]", parts.get("memory") or {})
+        memory = {name: real_number(f"{name} of start", x) for name, x in remembered.items()}
         return cls(real_number("t of start", parts.get("t", 0.0)), u, v, own_a, history, memory=memory)
 
     def goes_on(self, of: str, dt: float) -> bool:
