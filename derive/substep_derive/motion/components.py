@@ -125,7 +125,9 @@ class Writer:
         old = self.memory(place - 1)
         since = self.constant(h * (instant - list(self.committed.values())[-1]))
         where = {**old, elapsed: since, **dict(zip(self.motion.coordinates, at, strict=True))}
-        self.committed[u if isinstance(u, Symbol) else Symbol(f"u_*commit{place}")] = instant
+        before = list(self.committed.values())[-1]
+        reached = instant if condition == true else Piecewise((instant, condition), (before, True))
+        self.committed[u if isinstance(u, Symbol) else Symbol(f"u_*commit{place}")] = reached
         new = self.memory(place)
         found = Assignments()
         for s, e in self.motion.commit.items():
@@ -190,7 +192,9 @@ class Writer:
         """Components of an expression linear in knots' symbols, forces N and loads f."""
         tangent, e = Matrix(), sympify(e)
         for where in e.atoms(K_t):
-            tangent = self.motion.tangent(list(self.vector(where.args[0])))
+            at, committed = list(self.vector(where.args[0])), where.args[0] in self.committed
+            # where memory is committed the force bends: on which side is not known, so that laws are taken unstrained
+            tangent = self.motion.tangent_at_start(at) if committed else self.motion.tangent(at)
             tangent = tangent.subs(self.remembered(where.args[0]), simultaneous=True)
             e = e.subs(where, TANGENT)
         marks: dict[Expr, Dummy] = {atom: Dummy() for atom in sorted(e.atoms(N, N_discrete, f), key=str)}
