@@ -9,6 +9,7 @@ from typing import Any
 
 import committed_steps
 import hysteresis
+import law_paths
 import numpy as np
 import pytest
 from declared import BY_NAME
@@ -39,14 +40,14 @@ BACK_IN_TIME = {"crouzeix4", "forest_ruth", "yoshida6"}  # take the force at an 
 
 
 @cache
-def kernels(scheme: str, scene: str) -> ModuleType:
-    return uncompiled(text_of(uncommitted_pair(scheme, UNDAMPED if scene == UNDAMPED.name else scene)))
+def kernels(scheme: str, scene: Any) -> ModuleType:
+    return uncompiled(text_of(uncommitted_pair(scheme, scene)))
 
 
 @pytest.fixture
 def plainly(monkeypatch: pytest.MonkeyPatch) -> None:
     """Kernels as plain Python functions, made once for each pair."""
-    monkeypatch.setattr(scene_lanes, "pair_kernels", lambda scene, scheme: kernels(scheme.name, scene.name))
+    monkeypatch.setattr(scene_lanes, "pair_kernels", lambda scene, scheme: kernels(scheme.name, scene.info.source))
     monkeypatch.setattr(threads, "cores", lambda: 1)
 
 
@@ -69,7 +70,8 @@ def declared(scheme: str, of: Oscillator, load: Any, values: dict[str, float]) -
     """What plain stepping takes: the declaration, its parameters, the spring, the damper, the load."""
     handle, declaration = ss.scheme(scheme, **values), BY_NAME[scheme]
     parameters = {s: float(handle.parameters[s.name]) for s in declaration.values}
-    spring = committed_steps.Spring(of.omega**2, of.strength, of.alpha)
+    k = of.omega**2
+    spring = committed_steps.Spring(k, *law_paths.bilinear(k, of.strength, of.alpha))
     return declaration, parameters, spring, 2 * of.xi * of.omega, lambda t: float(load(np.array(t)))
 
 
@@ -218,12 +220,17 @@ def compare(scheme: str, of: Oscillator, u: float, v: float, h: float = 0.05, n:
     """The largest difference between the kernels and plain stepping of the declaration, in u, v, a and memory."""
     load = ss.Record(0.1, GUST)
     r = ss.march(scene(of, scheme, load, u, v), ss.scheme(scheme, **values), dt=h, t_end=n * h)
-    rows = committed_steps.history(*declared(scheme, of, load, values), h, n, u, v)
-    own = ~np.isnan(rows[1:, 2])
-    assert np.ptp(rows[:, 3]) > 0.5 * of.at_yield  # it has yielded
-    found = np.stack([r.u[:, 0], r.v[:, 0] / of.omega, r.a[:, 0] / of.omega**2, r.memory["p"]])
-    expected = rows.T / np.array([1, of.omega, of.omega**2, 1])[:, None]
-    return max(np.abs(found - expected)[[0, 1, 3]].max(), np.abs(found - expected)[2, 1:][own].max(initial=0.0))
+    rows, kept = committed_steps.history(*declared(scheme, of, load, values), h, n, u, v)
+    p = np.array(kept)
+    assert np.ptp(p) > 0.5 * of.at_yield  # it has yielded
+    return max(difference(r, rows, of.omega), np.abs(r.memory["p"] - p).max())
+
+
+def difference(r: ss.Response, rows: Any, omega: float) -> float:
+    """The largest in u, v over omega, and a over its square, where the scheme has an own a."""
+    found = np.stack([r.u[:, 0], r.v[:, 0] / omega, r.a[:, 0] / omega**2]).T
+    different = np.abs(found - rows / [1, omega, omega**2])
+    return max(different[:, :2].max(), np.nanmax(different[:, 2]))
 
 
 @pytest.mark.usefixtures("plainly")
@@ -244,6 +251,42 @@ def test_a_step_is_that_of_the_declaration_with_memory_committed_by_the_rule(sch
 def test_the_start_commits_the_spring_that_is_strained_at_once(scheme: str, u: float, v: float) -> None:
     """It has yielded at t = 0, and goes on to yield, or turns."""
     assert compare(scheme, fitting(scheme, 5.0, 0.04, 4.0, 0.1), u, v) < 1e-11
+
+
+# beside the bilinear one; parameters of the law, and its stiffness before it is strained
+OTHERS = {
+    "isotropic_bilinear": ({"q_y": 3.0, "alpha": 0.1}, 25.0),
+    "clough": ({"q_y": 3.0, "alpha": 0.1}, 25.0),
+    "coulomb": ({"q_y": 2.0, "stiffness": 100.0}, 125.0),
+    "slip": ({"q_y": 2.0, "stiffness": 30.0, "gap": 0.05}, 25.0),
+    "maxwell": ({"stiffness": 30.0, "c": 2.0}, 55.0),
+    "bouc_wen": ({"q_y": 3.0, "alpha": 0.1, "A": 1.0, "beta": 0.5, "gamma": 0.5, "n": 2}, 25.0),
+}
+NAMED = {"q_y": "strength", "alpha": "hardening", "beta": "beta_bw", "gamma": "gamma_bw"}  # by the scene
+
+
+@pytest.mark.usefixtures("plainly")
+@pytest.mark.every_scheme
+@pytest.mark.parametrize("law", OTHERS)
+@pytest.mark.parametrize("scheme", ["bathe", "rk4", "wilson_theta", "bdf3", "hht_alpha_mixed_displacement"])
+def test_a_step_with_another_law(scheme: str, law: str) -> None:
+    """Which remembers more, or fades in time, from each commit on."""
+    omega, xi, h, n, load = 5.0, 0.04, 0.05, 25, ss.Record(0.1, GUST)
+    values, k = OTHERS[law]
+    beside = "alpha" not in values
+    unstrained, follow = getattr(law_paths, law)(**values, **({} if beside else {"k": omega**2}))
+
+    def with_spring(e: float, memory: Any, elapsed: float) -> tuple[float, Any]:
+        q, memory = follow(e, memory, elapsed)
+        return q + omega**2 * e * beside, memory
+
+    spring = committed_steps.Spring(k, unstrained, with_spring)
+    bilinear_one = declared(scheme, Oscillator(omega, xi, 1.0), load, {})
+    rows, _ = committed_steps.history(*bilinear_one[:2], spring, *bilinear_one[3:], h, n, 0.0, 1.5)
+    given = {NAMED.get(name, name): x for name, x in values.items()}
+    one = ss.scene("hysteretic_oscillator", law=law, omega=omega, xi=xi, v0=1.5, load=load, **given)
+    r = ss.march(one, scheme, dt=h, t_end=n * h)
+    assert difference(r, rows, omega) < 1e-9
 
 
 FREE = {name: [p for p in BY_NAME[name].parameters if not isinstance(p.default, Root)] for name in MARCHED}
@@ -281,7 +324,7 @@ def test_gholampour_starts_with_the_tangent_of_the_way_on() -> None:
     for u in (0.3, 0.9, 1.4):
         for v in (1.5, -1.5):
             tangent = of.omega**2 * (of.alpha if u * v > 0 else 1.0)
-            rows = committed_steps.history(*declared("gholampour", of, load, {}), h, n, u, v, tangent)
+            rows, _ = committed_steps.history(*declared("gholampour", of, load, {}), h, n, u, v, tangent)
             r = ss.march(scene(of, "gholampour", load, u, v), "gholampour", dt=h, t_end=n * h)
             assert r.u[:, 0] == pytest.approx(rows[:, 0], abs=1e-11)
 
@@ -360,7 +403,7 @@ def test_compiled_kernels_are_the_plain_ones(scheme: str, monkeypatch: pytest.Mo
         "hysteretic_oscillator", scheme, dt=0.05, t_end=2.0, keep="history", omega=5.0, load=load, strength=strengths
     )
     alone = ss.march(ss.scene("hysteretic_oscillator", omega=5.0, strength=2.0, load=load), scheme, dt=0.05, t_end=2.0)
-    monkeypatch.setattr(scene_lanes, "pair_kernels", lambda scene, scheme: kernels(scheme.name, scene.name))
+    monkeypatch.setattr(scene_lanes, "pair_kernels", lambda scene, scheme: kernels(scheme.name, scene.info.source))
     for strength in strengths[::5]:
         one = ss.scene("hysteretic_oscillator", omega=5.0, strength=float(strength), load=load)
         r = ss.march(one, scheme, dt=0.05, t_end=2.0)
