@@ -47,7 +47,7 @@ def plainly(monkeypatch: pytest.MonkeyPatch) -> None:
     )
     monkeypatch.setattr(adaptive, "_kernels", plain_adaptive)
     monkeypatch.setattr("substep.derived.modules.own_law_module", lambda law: uncompiled(text_of(own_law_module(law))))
-    monkeypatch.setattr(laws, "TRIED", 20)
+    monkeypatch.setattr(laws, "TRIED", 5)
     laws.tried.cache_clear()
 
 
@@ -156,7 +156,7 @@ def test_a_softening_law_fails_where_the_effective_stiffness_vanishes() -> None:
         short, long = (ss.march(falls, "average_acceleration", dt=dt, t_end=1.0) for dt in (0.01, 0.5))
     assert short.status == "completed"
     assert short.u[-1, 0] > 10.0
-    assert (long.status, long.t_failed, len(long.u)) == ("newton_failed", 0.5, 1)
+    assert (long.status, long.t_failed, len(long.u)) == ("non_finite", 0.5, 1)
 
 
 def test_schemes_that_take_no_law_say_why() -> None:

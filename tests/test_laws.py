@@ -148,7 +148,6 @@ def test_a_step_with_other_parameters(scheme: str) -> None:
     assert tried
 
 
-@pytest.mark.xfail(strict=True, reason="where the spring has yielded at the start, rounding decides on the tangent")
 @pytest.mark.usefixtures("plainly")
 def test_gholampour_starts_with_the_tangent_of_the_way_on() -> None:
     """Its start takes the tangent at u_0, which is alpha k on the way on from a yielded u_0 and k on the way back."""

@@ -14,6 +14,7 @@ from sympy import (
     diag,
     eye,
     fraction,
+    sign,
     sympify,
     true,
     zeros,
@@ -192,10 +193,11 @@ class Writer:
         """Components of an expression linear in knots' symbols, forces N and loads f."""
         tangent, e = Matrix(), sympify(e)
         for where in e.atoms(K_t):
-            at, committed = list(self.vector(where.args[0])), where.args[0] in self.committed
-            # where memory is committed the force bends: on which side is not known, so that laws are taken unstrained
-            tangent = self.motion.tangent_at_start(at) if committed else self.motion.tangent(at)
-            tangent = tangent.subs(self.remembered(where.args[0]), simultaneous=True)
+            at = self.vector(where.args[0])
+            if where.args[0] in self.committed:  # where the force of laws bends: the tangent is that of the way on
+                moving = self.components(Symbol(f"v_{(knot_of(where.args[0]) or ('', '0'))[1]}"))
+                at += moving.applyfunc(sign) * self.motion.scene.length / 10**9
+            tangent = self.motion.tangent(list(at)).subs(self.remembered(where.args[0]), simultaneous=True)
             e = e.subs(where, TANGENT)
         marks: dict[Expr, Dummy] = {atom: Dummy() for atom in sorted(e.atoms(N, N_discrete, f), key=str)}
         e = e.subs(marks)
