@@ -19,12 +19,9 @@ from .march.response import StructureResponse
 from .model.constraints import independent, transformation
 from .model.equilibrium import equilibrium
 from .model.given import Dof, LoadPair, loads_of, names_of, numbered, place_of
-from .model.internal_force import InternalForce
-from .model.material import Material
-from .model.memory import RememberingForce
+from .model.given_force import internal_of
 from .model.model import Model
 from .model.rayleigh import Rayleigh
-from .model.springs import springs_of
 from .model.supports import accelerated, displaced
 from .modes.eigen import eigenmodes
 from .modes.modal_damping import ModalDamping
@@ -164,23 +161,6 @@ def structure(
             )
     mass = checked("M", M)
     N = mass.shape[0]
-    pairs = list(springs)
-    if (K is None) == (internal_force is None) and (K is not None or not pairs):
-        raise ValueError("expected K, or internal_force with its tangent; give one of the two")
-    if internal_force is None and state is not None:
-        raise ValueError("expected state with internal_force only, got it without; leave it out, or give the function")
-    if state is not None and (tangent is not None or potential is not None):
-        raise ValueError(
-            "expected no tangent and potential beside state, with which internal_force returns its tangent, got one; "
-            "leave it out"
-        )
-    if pairs and internal_force is not None and state is None:
-        raise ValueError(
-            "expected springs beside K, or beside internal_force with state=, got them beside one without; let it "
-            "return force, tangent and state, with state={}"
-        )
-    if K is not None and (tangent is not None or potential is not None):
-        raise ValueError("expected tangent and potential with internal_force only, got one with K; leave it out")
     known = names_of(names, N)
     if isinstance(fixed, str) or not isinstance(fixed, Iterable):
         raise ValueError(f"expected fixed as a list of names or numbers, got {fixed!r}; give [{fixed!r}]")
@@ -188,16 +168,7 @@ def structure(
     held = sorted({place_of(dof, numbers, N) for dof in fixed})
     T = transformation(N, held, constraints)
     whole = None if K is None else checked("K", K, N)
-    internal: InternalForce | RememberingForce | None = None
-    if pairs or state is not None:
-        internal = RememberingForce(
-            T,
-            None if whole is None else reduced(whole, T),
-            springs_of(pairs, T, known) if pairs else None,
-            None if internal_force is None else Material(internal_force, state),
-        )
-    elif internal_force is not None:
-        internal = InternalForce(T, internal_force, tangent, potential)
+    internal = internal_of(T, known, whole, springs, internal_force, tangent, potential, state)
     static = isinstance(u0, str)
     if static and u0 != "static":
         raise ValueError(f"expected u0 as displacements or 'static', got {u0!r}; give numbers")

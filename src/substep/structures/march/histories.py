@@ -54,8 +54,8 @@ class Kept:
 class Histories(Kept):
     """What a march in constant steps has so far: rows of u, v, a in memory or on disk, energies, and iterations.
 
-    done, state, last, tangents, memory and energies belong together and are set at once, last in a step: what a step that was
-    interrupted has put elsewhere lies beyond `done` and does not count. last: the step.
+    done, state, last, tangents, memory and energies belong together and are set at once, last in a step: what a step
+    that was interrupted has put elsewhere lies beyond `done` and does not count. last: the step.
     """
 
     def __init__(

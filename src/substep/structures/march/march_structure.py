@@ -16,6 +16,7 @@ from ...run.clock import CHOSEN, Control, steps_of
 from ...run.schemes import numbers_only
 from ..model.given import Dof
 from ..model.model import Model
+from .asked_again import AskedAgain
 from .fixed_steps import FixedSteps
 from .going_on import begun
 from .histories import ChosenHistories, Histories
@@ -124,11 +125,13 @@ def _marched(clock: Clock, kept: Histories | ChosenHistories, progress: bool) ->
     try:
         # a run that overflows ends with a status
         with np.errstate(all="ignore"), shown(clock.total, clock.done, progress, "march", clock.unit) as advance:
-            done = clock.done
+            done, asked = clock.done, AskedAgain(kept.run)
             for step in steps_taken(clock):
                 kept.add(step)
+                asked.after(step)
                 advance(clock.done - done)
                 done = clock.done
+            asked.look()
         status = clock.status
     except KeyboardInterrupt:
         pass

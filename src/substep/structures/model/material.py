@@ -43,8 +43,8 @@ class Material:
             )
         if changed := [name for name, x in given.items() if not np.array_equal(x, states[name], equal_nan=True)]:
             raise ValueError(
-                f"expected internal_force to leave the {changed[0]} that it is given as it is, got one that changes it; "
-                "return a new one, as state.copy()"
+                f"expected internal_force to leave the {changed[0]} that it is given as it is, got one that changes "
+                "it; return a new one, as state.copy()"
             )
         force, tangent, new = found
         N = float_array("the force that internal_force returns", force)

@@ -6,6 +6,7 @@ It is taken from what was last committed, and says what would be remembered if i
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,7 +21,7 @@ class Memory(NamedTuple):
     """What is remembered: of springs an array (s_g, k_g) for each group, and the states of a material."""
 
     springs: tuple[Array, ...] = ()
-    states: States = {}
+    states: States = MappingProxyType({})
 
 
 class Recalled(NamedTuple):
