@@ -36,7 +36,7 @@ def shear_building(
 
     >>> story = ss.law("bilinear", k=2e7, q_y=[4e5, 3e5], alpha=0.02)
     >>> building = ss.shear_building([2e4, 2e4], story, heights=3.0, damping=0.05)
-    >>> shaken = building.ground_motion(ss.Record(0.1, [0.0, 4.0, -4.0, 0.0]), 1.0)
+    >>> shaken = building.ground_motion(ss.Record(0.1, [0.0, 8.0, -8.0, 0.0]), 1.0)
     >>> r = ss.march(shaken, "average_acceleration", dt=0.01, t_end=2.0)
     >>> print(f"{abs(r.springs.elongations).max():.4f} m, {r.energy_dissipated[-1]:.0f} J")
     """

@@ -97,7 +97,7 @@ class Histories(Kept):
         self.iterations[done - 1] = counts if own else [sum(counts), *[0] * (self.run.scheme.balances - 1)]
         kept, memory = done % self.stride == 0, march.memory
         if self.springs is not None and memory is not None:
-            self.springs.add(*combined(march.steps.report[:2], X), memory, kept=kept)
+            self.springs.add(step.t, *combined(march.steps.report[:2], X), memory, kept=kept)
             self.springs.shortened = march.shortened
         if energies is not None:
             both = combined(march.steps.report[:2], X)

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...core.arrays import Array
 from ...core.memory import require_memory
-from ..model.memory import Memory, RememberingForce
+from ..model.memory import Memory, Recalled, RememberingForce
 from .steps import Run
 
 
@@ -54,12 +54,13 @@ class SpringRows:
         self.last = np.zeros((2, 0))  # elongations and forces
         self.work = np.zeros(0)
         u, v, _ = run.given
-        self.add(u, v, run.memory, kept=True)
+        self.add(run.time(0), u, v, run.memory, kept=True)
 
-    def add(self, u: Array, v: Array, memory: Memory, *, kept: bool) -> None:
-        """A step that ends at u, v (n,), where the memory was committed; kept: whether it is a row."""
+    def add(self, t: float, u: Array, v: Array, memory: Memory, *, kept: bool) -> None:
+        """A step that ends at t with u, v (n,), where the memory was committed; kept: whether it is a row."""
         if self.force.springs is not None:
-            found = self.force.springs.answers(u, v, memory.springs, 0.0)
+            found = self.force.answer(t, u, v, Recalled(memory)).of_springs
+            assert found is not None
             now = np.array([found.e, found.force])
             if self.rows:
                 self.work = self.work + 0.5 * (self.last[1] + now[1]) * (now[0] - self.last[0])
