@@ -134,7 +134,7 @@ def structure(
     start, an array or a dictionary of arrays. The force is then a function of t, u, v and state that returns the force,
     its tangent (a pair with that by v, if it depends on v), and the new state, and changes none of what it is given. It
     is called with the state that was last committed, as often as a step needs; the new state counts where a step or a
-    sub-step ends: see docs/laws.md.
+    sub-step ends: see docs/structures.md.
 
     C: a matrix, `substep.rayleigh(...)`, `substep.modal_damping(...)`, or None. load: pairs (P, g) of a vector (N,), or
     a mapping from degrees of freedom to numbers, and a function of time such as `substep.Record`; or one such pair.
