@@ -271,6 +271,7 @@ def test_the_state_of_rows_up_to_an_event_survives_a_copy() -> None:
     scene = ss.scene("linear_oscillator", omega=2.0, u0=1.0)
     r = ss.march(scene, "newmark", dt=0.01, t_end=2.0, at=[0.1, 0.2], until=lambda t, u, v: u[0])
     copied = pickle.loads(pickle.dumps(r))
+    assert r.t_events is not None
     assert copied.state.t == r.state.t == r.t_events[0]
 
 

@@ -267,6 +267,7 @@ def test_what_fails_keeps_what_was_done() -> None:
 
     r = ss.march(ss.structure([[1.0]], internal_force=torn, state=0.0, v0=1.0), "newmark", dt=0.02, t_end=1.0)
     assert r.status == "newton_failed"
+    assert r.t_failed is not None
     assert 0.1 < r.t_failed <= 0.14
     assert len(r.t) == len(r.memory["state"])
 

@@ -98,7 +98,7 @@ def stands(
 
 def stood(
     motion: Array, rows: Array | None, run: Run, done: int, steps: ConstantSteps, tangents: Sequence[Tangent | None],
-    memory: Any,
+    memory: Memory | None,
 ) -> Callable[[], State]:  # fmt: skip
     """The same from u, v, a (2 or 3, n) there, and from the rows (S, n) that the scheme carries if it is under way."""
     return partial(_state, run.structure, run.scheme, steps, done, motion, rows, tangents, memory)

@@ -90,8 +90,9 @@ class NonlinearSystem:
     @property
     def tangent(self) -> Tangent | None:
         """The tangent in use, if there is one."""
-        kept = self.taken is not None and not self.internal.remembers
-        return Tangent(*self.taken, self.largest) if kept else None
+        if self.taken is None or self.internal.remembers:
+            return None
+        return Tangent(*self.taken, self.largest)
 
     def keep(self, tangent: Tangent) -> None:
         """Go on with a tangent that was in use before."""
