@@ -1,10 +1,9 @@
 """Systems of a plan on a nonlinear structure: Newton's iteration, which keeps a factorization while it contracts."""
 
-from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from ..model.model import Model
 from ..solvers.combine import combined
 from ..solvers.factorization import SingularMatrix
 from ..solvers.matrices import Matrix, combination
+from .branches import Branches
 from .scheme_plan import Force, System
 
 TOLERANCE = 1e-12  # of the displacement, relative to its change in the step
@@ -23,7 +23,6 @@ ROUNDING = 1e-9  # corrections below this that no longer shrink are rounding
 CONTRACTION = 0.2  # of the corrections, beyond which the tangent is taken anew
 ITERATIONS = 60
 TOO_FAR, SMALL = 0.8, 0.1  # of the residual's work along a change: from which it is shortened, and to what
-BRANCHES = 16  # sets of slopes of springs of which the factors are kept
 SEARCH = 30  # trials of a shorter change
 
 
@@ -56,8 +55,8 @@ class NonlinearSystem:
 
     memories: what the internal force remembers, after each commit of the step so far; empty where it remembers nothing.
     Where it does, each iteration takes its tangent, which is that of a branch: a march then goes on to the bit wherever
-    it is broken. shortened: of all solutions, the corrections that had gone too far. branches: factors for the last
-    sets of slopes of springs.
+    it is broken. shortened: of all solutions, the corrections that had gone too far. branches: the factors
+    there. before: of rows of the system, by their identity, what they have of the vectors before the unknown.
     """
 
     structure: Model
@@ -71,7 +70,8 @@ class NonlinearSystem:
     taken: tuple[float, Array] | None = None
     largest: float = 0.0
     products: dict[str, Matrix] = field(default_factory=dict)
-    branches: OrderedDict[bytes, Callable[[Array], Array]] = field(default_factory=OrderedDict)
+    before: dict[int, Array] = field(default_factory=dict)
+    branches: Branches | None = None
     scale = 1.0  # what its loads are divided by
 
     def __post_init__(self) -> None:
@@ -90,8 +90,7 @@ class NonlinearSystem:
     @property
     def tangent(self) -> Tangent | None:
         """The tangent in use, if there is one."""
-        kept = self.taken is not None and not self.internal.remembers
-        return Tangent(*self.taken, self.largest) if kept else None
+        return None if self.taken is None or self.internal.remembers else Tangent(*self.taken, self.largest)
 
     def keep(self, tangent: Tangent) -> None:
         """Go on with a tangent that was in use before."""
@@ -107,13 +106,14 @@ class NonlinearSystem:
 
     def taken_at(self, X: Array) -> tuple[Array, Array | None]:
         """u and v, None where it takes none, at which a complete X (V, n) has the last of its forces."""
+        self.before.clear()
         row, velocity = self.system.displacements[-1], self.system.velocity
         u, v = (self._at(x, X, X[self.place] if x[self.place] else None) for x in (row, velocity))
         return u, v if velocity.any() else None
 
     def _solved(self, X: Array, load: Array | None, t: float) -> Array:
-        j = self.place
-        known = self._linear(X[:j], slice(0, j)) - (0.0 if load is None else load)
+        self.before.clear()
+        known = self._linear(X) - (0.0 if load is None else load)
         if self.explicit:
             self.count = 0
             if self.solve is None:
@@ -204,21 +204,29 @@ class NonlinearSystem:
         """The row of the displacement that moves most with the unknown."""
         return max(self.system.displacements, key=lambda row: abs(row[self.place]))
 
-    def _linear(self, X: Array, part: slice) -> Array:
-        """The rows that matrices multiply, of some of the vectors."""
+    def _linear(self, X: Array) -> Array:
+        """What matrices multiply of the vectors before the unknown."""
         total = np.zeros(X.shape[1])
         for name, matrix in self.products.items():
-            if (row := getattr(self.system, name)[part]).any():
-                total += matrix @ combined(row[None], X)[0]
+            if (row := getattr(self.system, name)[: self.place]).any():
+                total += matrix @ combined(row[None], X[: self.place])[0]
         return total
 
     def _residual(self, X: Array, z: Array, known: Array, t: float) -> Array:
-        j = self.system.place
-        return known + self._linear(z[None], slice(j, j + 1)) + self._force(X, z, t)
+        for factor, matrix in self._by_unknown:
+            known = known + matrix @ (factor * z)
+        return known + self._force(X, z, t)
+
+    @cached_property
+    def _by_unknown(self) -> list[tuple[float, Matrix]]:
+        """The matrices that multiply the unknown, with their factors."""
+        factors = ((float(getattr(self.system, name)[self.place]), matrix) for name, matrix in self.products.items())
+        return [(factor, matrix) for factor, matrix in factors if factor != 0.0]
 
     def _at(self, row: Array, X: Array, z: Array | None) -> Array:
-        j = self.system.place
-        found = combined(row[None, :j], X[:j])[0]
+        j = self.place
+        if (found := self.before.get(id(row))) is None:
+            found = self.before[id(row)] = combined(row[None, :j], X[:j])[0]
         return found if z is None else found + row[j] * z
 
     def _force(self, X: Array, z: Array | None, t: float) -> Array:
@@ -252,21 +260,38 @@ class NonlinearSystem:
         return Recalled(self.memories[force.place], force.since) if self.internal.remembers else None
 
     def _factorized(self, t: float = 0.0, at: Array | None = None) -> Callable[[Array], Array]:
-        """The factors of the residual's derivative; of the last few sets of slopes of springs they are kept."""
-        if at is None or not isinstance(self.internal, RememberingForce) or self.internal.material is not None:
+        """The factors of the residual's derivative by z; at: v and `_displacements`, none for an explicit system."""
+        force = self.internal
+        if at is None or not isinstance(force, RememberingForce) or force.springs is None or force.material is not None:
             return self._of_derivative(t, at)
-        forces = self._moving or self.system.forces[:1]
-        found = [self.internal.answer(t, u, at[0], self._recalled(x)) for u, x in zip(at[1:], forces, strict=True)]
-        slopes = b"".join(x.tobytes() for a in found if (q := a.of_springs) is not None for x in (q.tangent, q.damping))
-        if slopes not in self.branches:
-            while len(self.branches) >= BRANCHES:
-                self.branches.popitem(last=False)
-            self.branches[slopes] = self._of_derivative(t, at)
-        self.branches.move_to_end(slopes)
-        return self.branches[slopes]
+        total = np.zeros(force.springs.size)
+        for one, u in zip(self._moving or self.system.forces[:1], at[1:], strict=True):
+            found = force.answer(t, u, at[0], self._recalled(one)).of_springs
+            assert found is not None
+            total += self._slopes(one, found.tangent, found.damping)
+        if self.branches is None:
+            first = sum((self._slopes(one, force.springs.elastic, 0.0) for one in self._moving), 0.0 * total)
+            sparse = hasattr(self.structure.M, "indptr")
+            self.branches = Branches(force.springs, sparse, self._with_springs, first)
+        return self.branches.of(total)
+
+    def _slopes(self, force: Force, tangent: Array, damping: Any) -> Array:
+        """The derivative of the residual by z that springs give by one force, for each of them (s,)."""
+        j = self.place
+        return force.w * force.u[j] * tangent + self.system.damping[j] * damping
+
+    def _with_springs(self, d: Array) -> Callable[[Array], Array]:
+        """The factors of the residual's derivative where that of springs is B^T diag(d) B."""
+        force = self.internal
+        assert isinstance(force, RememberingForce)
+        assert force.springs is not None
+        terms = [*self._by_unknown, (1.0, force.springs.matrix(d))]
+        if force.K is not None:
+            terms.append((sum(float(one.w * one.u[self.place]) for one in self._moving), force.K))
+        return self.structure.factorized(combination(terms), "a Newton iteration")
 
     def _of_derivative(self, t: float, at: Array | None) -> Callable[[Array], Array]:
-        """Of the residual's derivative by z; at: v and `_displacements`, none where the force does not depend on z."""
+        """The same from the matrices that the internal force gives."""
         s, j = self.system, self.place
         terms = [(float(getattr(s, name)[j]), matrix) for name, matrix in self.products.items()]
         if at is not None:
