@@ -23,6 +23,7 @@ ROUNDING = 1e-9  # corrections below this that no longer shrink are rounding
 CONTRACTION = 0.2  # of the corrections, beyond which the tangent is taken anew
 ITERATIONS = 60
 TOO_FAR, SMALL = 0.8, 0.1  # of the residual's work along a change: from which it is shortened, and to what
+SOFTER = 10.0  # the ratio of two slopes of a spring from which a correction by one says little of that by the other
 SEARCH = 30  # trials of a shorter change
 
 
@@ -55,8 +56,9 @@ class NonlinearSystem:
 
     memories: what the internal force remembers, after each commit of the step so far; empty where it remembers nothing.
     Where it does, each iteration takes its tangent, which is that of a branch: a march then goes on to the bit wherever
-    it is broken. shortened: of all solutions, the corrections that had gone too far. branches: the factors
-    there. before: of rows of the system, by their identity, what they have of the vectors before the unknown.
+    it is broken. shortened: of all solutions, the corrections that had gone too far. branches: the factors there;
+    slopes (s,): of springs by the unknown, at the last of them. before: of rows of the system, by their identity, what
+    they have of the vectors before the unknown.
     """
 
     structure: Model
@@ -72,6 +74,7 @@ class NonlinearSystem:
     products: dict[str, Matrix] = field(default_factory=dict)
     before: dict[int, Array] = field(default_factory=dict)
     branches: Branches | None = None
+    slopes: Array | None = None
     scale = 1.0  # what its loads are divided by
 
     def __post_init__(self) -> None:
@@ -145,7 +148,8 @@ class NonlinearSystem:
                 break
             rate = size / previous if previous else 1.0
             left = size * min(1.0, rate / (1.0 - rate)) if rate < 1.0 else size  # of a series that shrinks so
-            if left <= within or (previous and rate >= 0.5 and size <= ROUNDING * self.largest):
+            small = left <= within or (previous and rate >= 0.5 and size <= ROUNDING * self.largest)
+            if small and not self._much_softer(X, z, t):
                 return z
             if previous and rate > CONTRACTION and not fresh:
                 self.solve, previous = None, 0.0
@@ -261,19 +265,39 @@ class NonlinearSystem:
 
     def _factorized(self, t: float = 0.0, at: Array | None = None) -> Callable[[Array], Array]:
         """The factors of the residual's derivative by z; at: v and `_displacements`, none for an explicit system."""
-        force = self.internal
-        if at is None or not isinstance(force, RememberingForce) or force.springs is None or force.material is not None:
+        if at is None or (slopes := self._of_springs(t, at)) is None:
             return self._of_derivative(t, at)
+        if self.branches is None:
+            force = self.internal
+            assert isinstance(force, RememberingForce)
+            assert force.springs is not None
+            first = sum((self._slopes(one, force.springs.elastic, 0.0) for one in self._moving), 0.0 * slopes)
+            self.branches = Branches(force.springs, hasattr(self.structure.M, "indptr"), self._with_springs, first)
+        self.slopes = slopes
+        return self.branches.of(slopes)
+
+    def _of_springs(self, t: float, at: Array) -> Array | None:
+        """The derivative of the residual by z that springs give (s,); None where a material adds to it."""
+        force = self.internal
+        if not isinstance(force, RememberingForce) or force.springs is None or force.material is not None:
+            return None
         total = np.zeros(force.springs.size)
         for one, u in zip(self._moving or self.system.forces[:1], at[1:], strict=True):
             found = force.answer(t, u, at[0], self._recalled(one)).of_springs
             assert found is not None
             total += self._slopes(one, found.tangent, found.damping)
-        if self.branches is None:
-            first = sum((self._slopes(one, force.springs.elastic, 0.0) for one in self._moving), 0.0 * total)
-            sparse = hasattr(self.structure.M, "indptr")
-            self.branches = Branches(force.springs, sparse, self._with_springs, first)
-        return self.branches.of(total)
+        return total
+
+    def _much_softer(self, X: Array, z: Array, t: float) -> bool:
+        """Whether springs are much softer at z than where the last correction took them to be, which then says little.
+
+        So it is of a damper |v|^x, x < 1, at rest, whose slope is infinite there.
+        """
+        if self.slopes is None:
+            return False
+        at = np.array([self._at(self.system.velocity, X, z), *self._displacements(X, z)])
+        now = self._of_springs(t, at)
+        return now is not None and bool((np.abs(self.slopes) > SOFTER * np.abs(now)).any())
 
     def _slopes(self, force: Force, tangent: Array, damping: Any) -> Array:
         """The derivative of the residual by z that springs give by one force, for each of them (s,)."""
