@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy import sparse
 
 import substep as ss
+from substep.structures.march import branches
 
 DT, STEPS = 0.01, 300
 RECORD = ss.Record(0.05, 3.0 * np.random.default_rng(0).normal(size=60))  # m/s^2
@@ -151,6 +153,22 @@ def test_springs_beside_K_of_several_laws_and_a_linear_one() -> None:
         assert np.allclose(r.u, plain.u, rtol=0, atol=1e-12)
         assert np.allclose(r.springs.forces[:, -1], 0.5 * plain.v[:, 1], rtol=0, atol=1e-11)
         assert np.isnan(r.memory.get("p", np.full(1, np.nan))).all()
+
+
+@pytest.mark.parametrize("few", [-1, 2, 100])
+def test_sparse_matrices_are_corrected_where_few_springs_differ(few: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By Woodbury's formula from the factors before anything yields; with dense ones each branch has its own."""
+    monkeypatch.setattr(branches, "FEW", few)
+    law, made, s = ss.law("bilinear", k=K, q_y=Q_Y, alpha=ALPHA), [], building()
+    damper = ({0: 1.0, 2: -1.0}, ss.law("power_damper", c=0.2, exponent=0.5))
+    for form in (np.asarray, sparse.csr_array):
+        model = ss.structure(form(np.diag(M)), form(0.1 * np.eye(3)), springs=[(B, law), damper], C=form(s.damping))
+        made.append(model.ground_motion(RECORD, 1.0))
+    one, other = (ss.march(model, "bathe", dt=DT, t_end=2.0, account=False) for model in made)
+    assert np.allclose(one.u, other.u, rtol=0, atol=1e-12)
+    half = ss.march(made[1], "bathe", dt=DT, t_end=1.0, account=False)
+    rest = ss.march(made[1], "bathe", dt=DT, t_end=2.0, start=half, account=False)
+    assert np.array_equal(rest.u, other.u[100:])
 
 
 @pytest.mark.parametrize("scheme", ["average_acceleration", "bathe", "houbolt", "kr_alpha", "rk4"])

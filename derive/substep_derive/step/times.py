@@ -51,13 +51,13 @@ def sub_step_ends(step: Step) -> Sequence[SubStepEnd]:
     name = step.scheme.name
     if any(isinstance(a, N_discrete) for a in atoms):
         raise DeclarationError(
-            f"{name} takes the internal force as a discrete gradient of a potential: expected a scene without laws "
-            "that have a memory, which have no potential; take another scheme"
+            f"{name} takes the internal force as a discrete gradient of a potential: expected no law or "
+            "material with a memory, which has no potential; take another scheme"
         )
     if back := [s for a in ordered(atoms) for s in ordered(a.free_symbols) if s in step.state and steps_back(s) > 0]:
         raise DeclarationError(
-            f"{name} takes the internal force at {back[0]}: expected a force at t_n or later where laws have a "
-            "memory, since that of earlier instants is not kept; take another scheme"
+            f"{name} takes the internal force at {back[0]}: expected no law or material with a "
+            "memory, since what was remembered before t_n is not kept; take another scheme"
         )
     instants = {s: e for s, e in passed(step).items() if kind_of(s) == 0 and s not in step.state}
     moved = [

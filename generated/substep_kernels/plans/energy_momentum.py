@@ -16,7 +16,7 @@ force, empty where it does.
 NAME = "energy_momentum"
 PARAMETERS = ()
 STATE = ('u_0', 'v_0',)
-NO_MEMORY = 'energy_momentum takes the internal force as a discrete gradient of a potential: expected a scene without laws that have a memory, which have no potential; take another scheme'
+NO_MEMORY = 'energy_momentum takes the internal force as a discrete gradient of a potential: expected no law or material with a memory, which has no potential; take another scheme'
 
 
 def step(h):

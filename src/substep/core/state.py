@@ -82,10 +82,10 @@ class State:
             )
         rows = cast("Mapping[str, Any]", carried or {})
         history = {label: np.atleast_1d(real_array(label, x)) for label, x in rows.items()}
-        remembered = cast("Mapping[str, Any]", parts.get("memory") or {})
-        memory = {name: real_array(f"{name} of start", x) for name, x in remembered.items()}
-        numbers = {name: x if x.ndim else float(x) for name, x in memory.items()}
-        return cls(real_number("t of start", parts.get("t", 0.0)), u, v, own_a, history, memory=numbers)
+        given = cast("Mapping[str, Any]", parts.get("memory") or {})
+        arrays = {name: real_array(f"{name} of start", x) for name, x in given.items()}
+        memory = {name: x if x.ndim else float(x) for name, x in arrays.items()}
+        return cls(real_number("t of start", parts.get("t", 0.0)), u, v, own_a, history, memory=memory)
 
     def goes_on(self, of: str, dt: float) -> bool:
         """Whether it is where a run `of` this scheme and kind in steps of dt can go on as if it had not been broken."""

@@ -168,7 +168,7 @@ def structure(
     held = sorted({place_of(dof, numbers, N) for dof in fixed})
     T = transformation(N, held, constraints)
     whole = None if K is None else checked("K", K, N)
-    internal = internal_of(T, known, whole, springs, internal_force, tangent, potential, state)
+    internal = internal_of(T, known, mass, whole, springs, internal_force, tangent, potential, state)
     static = isinstance(u0, str)
     if static and u0 != "static":
         raise ValueError(f"expected u0 as displacements or 'static', got {u0!r}; give numbers")

@@ -1,10 +1,9 @@
 """Systems of a plan on a nonlinear structure: Newton's iteration, which keeps a factorization while it contracts."""
 
-from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from ..model.model import Model
 from ..solvers.combine import combined
 from ..solvers.factorization import SingularMatrix
 from ..solvers.matrices import Matrix, combination
+from .branches import Branches
 from .scheme_plan import Force, System
 
 TOLERANCE = 1e-12  # of the displacement, relative to its change in the step
@@ -23,7 +23,7 @@ ROUNDING = 1e-9  # corrections below this that no longer shrink are rounding
 CONTRACTION = 0.2  # of the corrections, beyond which the tangent is taken anew
 ITERATIONS = 60
 TOO_FAR, SMALL = 0.8, 0.1  # of the residual's work along a change: from which it is shortened, and to what
-BRANCHES = 16  # sets of slopes of springs of which the factors are kept
+SOFTER = 10.0  # the ratio of two slopes of a spring from which a correction by one says little of that by the other
 SEARCH = 30  # trials of a shorter change
 
 
@@ -56,8 +56,9 @@ class NonlinearSystem:
 
     memories: what the internal force remembers, after each commit of the step so far; empty where it remembers nothing.
     Where it does, each iteration takes its tangent, which is that of a branch: a march then goes on to the bit wherever
-    it is broken. shortened: of all solutions, the corrections that had gone too far. branches: factors for the last
-    sets of slopes of springs.
+    it is broken. shortened: of all solutions, the corrections that had gone too far. branches: the factors there;
+    slopes (s,): of springs by the unknown, at the last of them. before: of rows of the system, by their identity, what
+    they have of the vectors before the unknown.
     """
 
     structure: Model
@@ -71,7 +72,9 @@ class NonlinearSystem:
     taken: tuple[float, Array] | None = None
     largest: float = 0.0
     products: dict[str, Matrix] = field(default_factory=dict)
-    branches: OrderedDict[bytes, Callable[[Array], Array]] = field(default_factory=OrderedDict)
+    before: dict[int, Array] = field(default_factory=dict)
+    branches: Branches | None = None
+    slopes: Array | None = None
     scale = 1.0  # what its loads are divided by
 
     def __post_init__(self) -> None:
@@ -90,9 +93,7 @@ class NonlinearSystem:
     @property
     def tangent(self) -> Tangent | None:
         """The tangent in use, if there is one."""
-        if self.taken is None or self.internal.remembers:
-            return None
-        return Tangent(*self.taken, self.largest)
+        return None if self.taken is None or self.internal.remembers else Tangent(*self.taken, self.largest)
 
     def keep(self, tangent: Tangent) -> None:
         """Go on with a tangent that was in use before."""
@@ -108,13 +109,14 @@ class NonlinearSystem:
 
     def taken_at(self, X: Array) -> tuple[Array, Array | None]:
         """u and v, None where it takes none, at which a complete X (V, n) has the last of its forces."""
+        self.before.clear()
         row, velocity = self.system.displacements[-1], self.system.velocity
         u, v = (self._at(x, X, X[self.place] if x[self.place] else None) for x in (row, velocity))
         return u, v if velocity.any() else None
 
     def _solved(self, X: Array, load: Array | None, t: float) -> Array:
-        j = self.place
-        known = self._linear(X[:j], slice(0, j)) - (0.0 if load is None else load)
+        self.before.clear()
+        known = self._linear(X) - (0.0 if load is None else load)
         if self.explicit:
             self.count = 0
             if self.solve is None:
@@ -146,7 +148,8 @@ class NonlinearSystem:
                 break
             rate = size / previous if previous else 1.0
             left = size * min(1.0, rate / (1.0 - rate)) if rate < 1.0 else size  # of a series that shrinks so
-            if left <= within or (previous and rate >= 0.5 and size <= ROUNDING * self.largest):
+            small = left <= within or (previous and rate >= 0.5 and size <= ROUNDING * self.largest)
+            if small and not self._much_softer(X, z, t):
                 return z
             if previous and rate > CONTRACTION and not fresh:
                 self.solve, previous = None, 0.0
@@ -205,21 +208,29 @@ class NonlinearSystem:
         """The row of the displacement that moves most with the unknown."""
         return max(self.system.displacements, key=lambda row: abs(row[self.place]))
 
-    def _linear(self, X: Array, part: slice) -> Array:
-        """The rows that matrices multiply, of some of the vectors."""
+    def _linear(self, X: Array) -> Array:
+        """What matrices multiply of the vectors before the unknown."""
         total = np.zeros(X.shape[1])
         for name, matrix in self.products.items():
-            if (row := getattr(self.system, name)[part]).any():
-                total += matrix @ combined(row[None], X)[0]
+            if (row := getattr(self.system, name)[: self.place]).any():
+                total += matrix @ combined(row[None], X[: self.place])[0]
         return total
 
     def _residual(self, X: Array, z: Array, known: Array, t: float) -> Array:
-        j = self.system.place
-        return known + self._linear(z[None], slice(j, j + 1)) + self._force(X, z, t)
+        for factor, matrix in self._by_unknown:
+            known = known + matrix @ (factor * z)
+        return known + self._force(X, z, t)
+
+    @cached_property
+    def _by_unknown(self) -> list[tuple[float, Matrix]]:
+        """The matrices that multiply the unknown, with their factors."""
+        factors = ((float(getattr(self.system, name)[self.place]), matrix) for name, matrix in self.products.items())
+        return [(factor, matrix) for factor, matrix in factors if factor != 0.0]
 
     def _at(self, row: Array, X: Array, z: Array | None) -> Array:
-        j = self.system.place
-        found = combined(row[None, :j], X[:j])[0]
+        j = self.place
+        if (found := self.before.get(id(row))) is None:
+            found = self.before[id(row)] = combined(row[None, :j], X[:j])[0]
         return found if z is None else found + row[j] * z
 
     def _force(self, X: Array, z: Array | None, t: float) -> Array:
@@ -253,21 +264,58 @@ class NonlinearSystem:
         return Recalled(self.memories[force.place], force.since) if self.internal.remembers else None
 
     def _factorized(self, t: float = 0.0, at: Array | None = None) -> Callable[[Array], Array]:
-        """The factors of the residual's derivative; of the last few sets of slopes of springs they are kept."""
-        if at is None or not isinstance(self.internal, RememberingForce) or self.internal.material is not None:
+        """The factors of the residual's derivative by z; at: v and `_displacements`, none for an explicit system."""
+        if at is None or (slopes := self._of_springs(t, at)) is None:
             return self._of_derivative(t, at)
-        forces = self._moving or self.system.forces[:1]
-        found = [self.internal.answer(t, u, at[0], self._recalled(x)) for u, x in zip(at[1:], forces, strict=True)]
-        slopes = b"".join(x.tobytes() for a in found if (q := a.of_springs) is not None for x in (q.tangent, q.damping))
-        if slopes not in self.branches:
-            while len(self.branches) >= BRANCHES:
-                self.branches.popitem(last=False)
-            self.branches[slopes] = self._of_derivative(t, at)
-        self.branches.move_to_end(slopes)
-        return self.branches[slopes]
+        if self.branches is None:
+            force = self.internal
+            assert isinstance(force, RememberingForce)
+            assert force.springs is not None
+            first = sum((self._slopes(one, force.springs.elastic, 0.0) for one in self._moving), 0.0 * slopes)
+            self.branches = Branches(force.springs, hasattr(self.structure.M, "indptr"), self._with_springs, first)
+        self.slopes = slopes
+        return self.branches.of(slopes)
+
+    def _of_springs(self, t: float, at: Array) -> Array | None:
+        """The derivative of the residual by z that springs give (s,); None where a material adds to it."""
+        force = self.internal
+        if not isinstance(force, RememberingForce) or force.springs is None or force.material is not None:
+            return None
+        total = np.zeros(force.springs.size)
+        for one, u in zip(self._moving or self.system.forces[:1], at[1:], strict=True):
+            found = force.answer(t, u, at[0], self._recalled(one)).of_springs
+            assert found is not None
+            total += self._slopes(one, found.tangent, found.damping)
+        return total
+
+    def _much_softer(self, X: Array, z: Array, t: float) -> bool:
+        """Whether springs are much softer at z than where the last correction took them to be, which then says little.
+
+        So it is of a damper |v|^x, x < 1, at rest, whose slope is infinite there.
+        """
+        if self.slopes is None:
+            return False
+        at = np.array([self._at(self.system.velocity, X, z), *self._displacements(X, z)])
+        now = self._of_springs(t, at)
+        return now is not None and bool((np.abs(self.slopes) > SOFTER * np.abs(now)).any())
+
+    def _slopes(self, force: Force, tangent: Array, damping: Any) -> Array:
+        """The derivative of the residual by z that springs give by one force, for each of them (s,)."""
+        j = self.place
+        return force.w * force.u[j] * tangent + self.system.damping[j] * damping
+
+    def _with_springs(self, d: Array) -> Callable[[Array], Array]:
+        """The factors of the residual's derivative where that of springs is B^T diag(d) B."""
+        force = self.internal
+        assert isinstance(force, RememberingForce)
+        assert force.springs is not None
+        terms = [*self._by_unknown, (1.0, force.springs.matrix(d))]
+        if force.K is not None:
+            terms.append((sum(float(one.w * one.u[self.place]) for one in self._moving), force.K))
+        return self.structure.factorized(combination(terms), "a Newton iteration")
 
     def _of_derivative(self, t: float, at: Array | None) -> Callable[[Array], Array]:
-        """Of the residual's derivative by z; at: v and `_displacements`, none where the force does not depend on z."""
+        """The same from the matrices that the internal force gives."""
         s, j = self.system, self.place
         terms = [(float(getattr(s, name)[j]), matrix) for name, matrix in self.products.items()]
         if at is not None:

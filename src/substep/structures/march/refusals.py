@@ -46,7 +46,7 @@ def require_suited(structure: Model, scheme: Scheme, h: float) -> None:
         systems = step_of(one, h).systems
         if (force := structure.internal) is not None:
             if force.remembers and (why := why_no_memory(one)):
-                raise ValueError(f"{why}, or a structure without springs and state=")
+                raise ValueError(why)
             if force.potential is None and any(x.differences for x in systems):
                 raise ValueError(
                     f"{who} takes a discrete gradient: expected potential= for this structure, got none; give the "

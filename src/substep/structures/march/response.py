@@ -99,7 +99,7 @@ class StructureResponse(Response):
         first = s.a0 if self.started is None else vectors(s, self.started)[2]
         return np.array([first, *(s.acceleration(*row, memory=memory) for *row, memory in rows)])[:, self._places]
 
-    @cached_property
+    @property
     def memory(self) -> Mapping[str, Array]:
         """What was remembered, by name: (n+1, s) of springs, NaN where a law has no such name; (n+1, ...) of states."""
         force = self.structure.internal

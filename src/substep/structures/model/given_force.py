@@ -3,6 +3,8 @@
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
+import numpy as np
+
 from ..solvers.matrices import Matrix, reduced
 from .internal_force import InternalForce
 from .material import Material
@@ -13,6 +15,7 @@ from .springs import springs_of
 def internal_of(
     T: Matrix,
     names: Sequence[str],
+    M: Matrix,
     K: Matrix | None,
     springs: Iterable[tuple[Any, Any]],
     force: Callable[..., Any] | None,
@@ -20,7 +23,7 @@ def internal_of(
     potential: Callable[..., Any] | None,
     state: Any,
 ) -> InternalForce | RememberingForce | None:
-    """None where it is K u alone; K (N, N). Raises ValueError for what does not go together."""
+    """None where it is K u alone; M, K (N, N). Raises ValueError for what does not go together."""
     pairs = list(springs)
     if K is not None if force is not None else K is None and not pairs:
         raise ValueError("expected K, or internal_force with its tangent; give one of the two")
@@ -41,5 +44,7 @@ def internal_of(
     if pairs or state is not None:
         linear = None if K is None else reduced(K, T)
         own = None if force is None else Material(force, state)
-        return RememberingForce(T, linear, springs_of(pairs, T, names) if pairs else None, own)
+        return RememberingForce(
+            T, linear, springs_of(pairs, T, names, dense=isinstance(M, np.ndarray)) if pairs else None, own
+        )
     return None if force is None else InternalForce(T, force, tangent, potential)

@@ -15,8 +15,6 @@ from ...core.laws import Evaluated, Law
 from ..solvers.matrices import Matrix, finite
 from .given import Dof, numbered, place_of
 
-DENSE = 200_000  # entries of B up to which a dense one is faster
-
 
 class Answers(NamedTuple):
     """Of s springs (s,) each: elongation, force, its slopes by that and by its rate, energy stored; and the memory."""
@@ -116,9 +114,10 @@ def springs_of(
     given: Iterable[tuple[ArrayLike | Mapping[Dof, float], Law]],
     T: Matrix,
     names: Sequence[str],
-    lengths: ArrayLike | None = None,
+    *,
+    dense: bool,
 ) -> Springs:
-    """Springs from pairs of a row, or rows, of B and a law; T, names: of a `Model`.
+    """Springs from pairs of a row, or rows, of B and a law; T, names: of a `Model`; dense: whether its matrices are.
 
     Raises ValueError for what is no such pair, for rows of another length, for parameters of another number than there
     are rows, and for springs that cannot be strained.
@@ -155,10 +154,8 @@ def springs_of(
             f"expected springs that free degrees of freedom strain, got a row of B without any for spring {idle[0]}; "
             "remove it"
         )
-    small = B.shape[0] * B.shape[1] <= DENSE
     groups = tuple(map(_group, laws.values()))
-    heights = None if lengths is None else np.asarray(lengths, dtype=np.float64)
-    return Springs(B.toarray() if small else B, full, groups, heights)
+    return Springs(B.toarray() if dense else B, full, groups)
 
 
 def _group(members: Sequence[tuple[Law, int, int]]) -> Group:
