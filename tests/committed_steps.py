@@ -36,22 +36,18 @@ def successor(symbol: Symbol) -> Symbol:
 
 @dataclass(frozen=True)
 class Spring:
-    """q = alpha k e + (1 - alpha) k (e - p), by cases: p is what remains."""
+    """A law: its stiffness before it is strained, what it remembers then, and how it follows a path without a turn.
+
+    follow: of e, what was committed last and the time since then, s: force and memory at e.
+    """
 
     k: float
-    strength: float
-    alpha: float
-
-    def committed(self, e: float, p: float) -> float:
-        """What remains after a path to e without a turn."""
-        at = self.strength / self.k
-        return e - at if e > p + at else e + at if e < p - at else p
-
-    def force(self, e: float, p: float) -> float:
-        """The force at e on the way from where p was committed."""
-        return self.alpha * self.k * e + (1 - self.alpha) * self.k * (e - self.committed(e, p))
+    unstrained: Any
+    follow: Callable[[float, Any, float], tuple[float, Any]]
 
 
+# displacement -> what was committed at it, and when, in steps after t_n; the last committed is the last
+Known = dict[float, tuple[Any, float]]
 Terms = list[tuple[Any, float, Any]]  # of a linear form: symbol or atom, coefficient, the form of a force's argument
 
 
@@ -109,12 +105,18 @@ class Remembering:
         return self.symbols(np.array(old), np.full(len(self.balances), motion[2](0.0)))
 
     @cached_property
+    def instants(self) -> dict[Symbol, float]:
+        """When each symbol's knot is, in steps after t_n; meant of displacements."""
+        return self.through(1)
+
+    @cached_property
     def instants_of_force(self) -> list[float]:
         """When the balances take the spring's force, in steps after t_n."""
-        at = self.through(1)
-        return [
-            sum(c * at[s] for s, c, _ in inner) for b in self.balances for atom, _, inner in b[2] if isinstance(atom, N)
-        ]
+        return [self.instant(inner) for b in self.balances for atom, _, inner in b[2] if isinstance(atom, N)]
+
+    def instant(self, displacement: Terms) -> float:
+        """That of a mixture of displacements."""
+        return sum(c * self.instants[s] for s, c, _ in displacement)
 
     @cached_property
     def commits(self) -> list[tuple[int, Symbol]]:
@@ -123,7 +125,7 @@ class Remembering:
         A displacement does where the force is taken at it, or at a mixture with it, and where both motions of `through`
         pass through it, between the one before it and the end of the step. None where they do not go forward in time.
         """
-        at, square = self.through(1), self.through(2)
+        at, square = self.instants, self.through(2)
         ways, met = list[tuple[int, Symbol]](), set(self.state)
         for k, (_, _, force, _) in enumerate(self.balances):
             read = {s for atom, _, inner in force if isinstance(atom, N) for s, _, _ in inner}
@@ -138,47 +140,57 @@ class Remembering:
                 last = at[s]
         return found
 
-    def force(self, e: float, known: Mapping[float, float], last: float) -> float:
-        """The spring's force: of where memory was committed, if it was at e, else from the last one committed."""
-        return self.spring.force(e, known.get(e, last))
+    def force(self, e: float, at: float, known: Known) -> float:
+        """At e, at this instant: of what was committed at e, if it was, else of what was committed last."""
+        if e in known:
+            memory, instant = known[e]
+            return self.spring.follow(e, memory, (at - instant) * self.h)[0]
+        return self.spring.follow(e, *self.last(at, known))[0]
 
-    def value(
-        self, terms: Terms, x: Mapping[Symbol, float], t: float, known: Mapping[float, float], last: float
-    ) -> float:
+    def commit(self, e: float, at: float, known: Known) -> None:
+        """Commit at e, at this instant, what follows from the last committed."""
+        memory = self.spring.follow(e, *self.last(at, known))[1]
+        known.pop(e, None)
+        known[e] = memory, at
+
+    def last(self, at: float, known: Known) -> tuple[Any, float]:
+        """What was committed last, and the time from then to this instant, s."""
+        memory, instant = [*known.values()][-1]
+        return memory, (at - instant) * self.h
+
+    def value(self, terms: Terms, x: Mapping[Symbol, float], t: float, known: Known) -> float:
         total = 0.0
         for atom, c, inner in terms:
             if isinstance(atom, f):
                 total += c * self.load(t + self.h * self.marcher.instant(atom))
             elif isinstance(atom, N):
-                total += c * self.force(self.value(inner, x, t, known, last), known, last)
+                total += c * self.force(self.value(inner, x, t, known), self.instant(inner), known)
             else:
                 total += c * x[atom]
         return total
 
-    def residual(
-        self, k: int, state: Array, s: Array, t: float, known: Mapping[float, float], last: float, inertia: float
-    ) -> float:
+    def residual(self, k: int, state: Array, s: Array, t: float, known: Known, inertia: float) -> float:
         """Of the k-th balance at an inertia of its own, those of the balances before it given."""
         _, damping, force, load = self.balances[k]
         x = self.symbols(state, np.array([*s[:k], inertia, *s[k + 1 :]]))
-        damped, forced, loaded = (self.value(terms, x, t, known, last) for terms in (damping, force, load))
+        damped, forced, loaded = (self.value(terms, x, t, known) for terms in (damping, force, load))
         return inertia + self.damping * damped + forced - loaded
 
-    def step(self, state: Array, p: float, t: float) -> tuple[dict[Symbol, float], float, Array]:
-        """Every symbol, what remains, and u, v, a (NaN without one of its own) at the end of a step from t."""
-        s = np.zeros(len(self.balances))
-        known, last = ({state[self.state.index(u0)]: p} if u0 in self.state else {}), p
+    def step(self, state: Array, u: float, memory: Any, t: float) -> tuple[dict[Symbol, float], Any, Array]:
+        """Every symbol, the memory, and u, v, a (NaN without one of its own) at the end of a step from u at t."""
+        s, known = np.zeros(len(self.balances)), {u: (memory, 0.0)}
         for k in range(len(self.balances)):
-            s[k] = root(partial(self.residual, k, state, s, t, known, last))
-            for e in [self.symbols(state, s)[where] for balance, where in self.commits if balance == k]:
-                known[e] = last = self.spring.committed(e, last)
+            s[k] = root(partial(self.residual, k, state, s, t, known))
+            for where in [where for balance, where in self.commits if balance == k]:
+                self.commit(self.symbols(state, s)[where], self.instants[where], known)
         x = self.symbols(state, s)
         rows = []
         for symbol in (u1, v1, a1):
             e = self.scheme.report.get(symbol, symbol)
             own = e != symbol or symbol in x
-            rows.append(self.value(self.form(e), x, t, known, last) if own else np.nan)
-        return x, self.spring.committed(rows[0], last), np.array(rows)
+            rows.append(self.value(self.form(e), x, t, known) if own else np.nan)
+        memory = self.spring.follow(rows[0], *self.last(1.0, known))[1]
+        return x, memory, np.array(rows)
 
 
 def root(residual: Callable[[float], float]) -> float:
@@ -195,22 +207,24 @@ def root(residual: Callable[[float], float]) -> float:
 def history(
     scheme: Scheme, values: Mapping[Symbol, Any], spring: Spring, damping: float, load: Callable[[float], float],
     h: float, n: int, u: float, v: float, tangent: float | None = None,
-) -> Array:  # fmt: skip
-    """u, v, a, p (n + 1 rows) from u and v at t = 0, to which the spring was strained at once."""
-    p = spring.committed(u, 0.0)
-    rows = [np.array([u, v, load(0.0) - damping * v - spring.force(u, p), p])]
+) -> tuple[Array, list[Any]]:  # fmt: skip
+    """u, v, a (n + 1 rows) and what is remembered, from u and v at t = 0, to which the spring was strained at once."""
+    _, memory = spring.follow(u, spring.unstrained, 0.0)
+    rows, kept = [np.array([u, v, load(0.0) - damping * v - spring.follow(u, memory, 0.0)[0]])], [memory]
     stepper = Remembering(scheme, values, spring, damping, load, h, tangent)
     starter = scheme.start_scheme
     if starter is not None:
         first = -int(min(map(lag, scheme.state)))
-        rows = list(history(starter, {}, spring, damping, load, h, first, u, v))
+        early, kept = history(starter, {}, spring, damping, load, h, first, u, v)
+        rows = list(early)
         state = np.array([rows[first + int(lag(s))]["uva".index(s.name[0])] for s in scheme.state])
     else:
-        given = dict(zip((u0, v0, a0), rows[0], strict=False))
+        given, known = dict(zip((u0, v0, a0), rows[0], strict=True)), {u: (memory, 0.0)}
         start: Any = scheme.start
-        state = np.array([stepper.value(stepper.form(start.get(s, s)), given, 0.0, {u: p}, p) for s in scheme.state])
+        state = np.array([stepper.value(stepper.form(start.get(s, s)), given, 0.0, known) for s in scheme.state])
     for i in range(len(rows) - 1, n):
-        x, p, row = stepper.step(state, rows[-1][3], i * h)
-        rows.append(np.array([*row, p]))
+        x, memory, row = stepper.step(state, rows[-1][0], kept[-1], i * h)
+        rows.append(row)
+        kept.append(memory)
         state = np.array([x[successor(s)] for s in scheme.state])
-    return np.array(rows)
+    return np.array(rows), kept

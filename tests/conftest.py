@@ -208,3 +208,15 @@ def plain_adaptive(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setattr(threads, "cores", lambda: 1)  # threads do not inherit np.errstate
     with np.errstate(all="ignore"):
         yield
+
+
+@pytest.fixture
+def plainly(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pairs of catalogue schemes and any scene as plain Python functions, made once for each pair."""
+    from law_scenes import kernels
+
+    from substep.core import threads
+    from substep.marching import scene_lanes
+
+    monkeypatch.setattr(scene_lanes, "pair_kernels", lambda scene, scheme: kernels(scheme.name, scene.info.source))
+    monkeypatch.setattr(threads, "cores", lambda: 1)

@@ -26,6 +26,7 @@ from .ground_motion.spectrum import response_spectrum
 from .marching.run import march
 from .structures.model.rayleigh import Rayleigh, rayleigh
 from .structures.modes.modal_damping import ModalDamping, modal_damping
+from .structures.shear_building import shear_building
 from .structures.structure import Modes, Structure, structure
 from .studies.choosing import choose
 from .sweeps import sweep
@@ -90,6 +91,7 @@ __all__ = [
     "scenes",
     "scheme",
     "schemes",
+    "shear_building",
     "spectrum_beside_history",
     "structure",
     "sweep",

@@ -186,22 +186,22 @@ class Family:
     values: Mapping[Symbol, Expr]
 
 
-def positive(e: Expr, parameters: Sequence[Parameter]) -> bool:
+def positive(e: Expr, parameters: Sequence[Parameter], *, or_zero: bool = False) -> bool:
     """Whether a product of numbers and of factors linear in one parameter is positive in the whole of their intervals.
 
-    False where that is not seen.
+    or_zero: it may be 0 at their ends. False where it is not seen.
     """
     negative = False
     for factor in Mul.make_args(factored(e)):
         base, exponent = factor.as_base_exp()
-        sign = _sign(base, parameters)
+        sign = _sign(base, parameters, or_zero=or_zero and exponent.is_positive is True)
         if not sign or not exponent.is_integer:
             return False
         negative ^= sign < 0 and bool(exponent.is_odd)
     return not negative
 
 
-def _sign(e: Expr, parameters: Sequence[Parameter]) -> int:
+def _sign(e: Expr, parameters: Sequence[Parameter], *, or_zero: bool) -> int:
     """1 or -1 where an expression linear in one parameter has that sign in the whole of its interval, else 0."""
     if e.is_number:
         return 1 if e > 0 else -1 if e < 0 else 0
@@ -210,10 +210,10 @@ def _sign(e: Expr, parameters: Sequence[Parameter]) -> int:
     if domain is None or more or e.diff(symbol, 2) != 0:
         return 0
     ends = [
-        (e.subs(symbol, end) if end.is_finite else e.diff(symbol) * end, open_)
+        (e.subs(symbol, end) if end.is_finite else e.diff(symbol) * end, or_zero or open_)
         for end, open_ in ((domain.start, domain.left_open), (domain.end, domain.right_open))
     ]
     for sign in (1, -1):
-        if all(sign * x > 0 or (x == 0 and open_) for x, open_ in ends) and any(sign * x > 0 for x, _ in ends):
+        if all(sign * x > 0 or (x == 0 and allowed) for x, allowed in ends) and any(sign * x > 0 for x, _ in ends):
             return sign
     return 0

@@ -25,6 +25,7 @@ def plan_module(scheme: Scheme, source: str) -> str:
         equations=docstring(equations(Plan.of(scheme))),
         parameters=literal_tuple(repr(s.name) for s in scheme.values),
         state=literal_tuple(repr(python_name(s)) for s in plan.given),
+        no_memory=repr(plan.no_memory),
     )
     text += _function("step", "A step from t_n to t_n + h.", arguments, plan)
     if start is not None:
@@ -40,7 +41,7 @@ def equations(plan: Plan) -> str:
 def equation(system: System) -> str:
     """One of them."""
     left = [f"{name}*({_sum(row)})" for name, row in system.rows.items() if row]
-    left += [_term(w, f"N({_sum(row)})") for w, row in system.forces]
+    left += [_term(w, f"N({_sum(row)})") for w, row, _ in system.forces]
     left += [_term(w, f"N_discrete({_sum(old)}, {_sum(new)})") for w, old, new in system.differences]
     right = [_term(w, f"f({tau})") for w, tau in system.loads]
     return f"{' + '.join(left)} = {' + '.join(right) or 0}"
@@ -83,8 +84,13 @@ def _several(brackets: str, lines: Sequence[str]) -> str:
 def _slots(system: System) -> list[tuple[str, str]]:
     """Name and text of every slot that is not empty."""
     slots = [(name, _row(row)) for name, row in system.rows.items() if row]
-    slots += _pairs("N", [(w, _row(row)) for w, row in system.forces])
+    slots += _pairs("N", [(w, f"{_row(row)}, {_number(tau)}") for w, row, tau in system.forces])
     slots += _pairs("N_discrete", [(w, f"{_row(old)}, {_row(new)}") for w, old, new in system.differences])
+    slots += (
+        [("commit", "[" + ", ".join(f"({_row(u)}, {_row(v)}, {_number(tau)})" for u, v, tau in commits) + "]")]
+        if (commits := system.commits)
+        else []
+    )
     return slots + _pairs("f", [(w, _number(tau)) for w, tau in system.loads])
 
 

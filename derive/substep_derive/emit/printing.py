@@ -36,7 +36,7 @@ class Code(str):
 
 PRINTER = FractionPrinter({"fully_qualified_modules": False})
 
-_NUMPY = ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "sqrt", "asin", "acos", "atan", "sign")
+_NUMPY = ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "sqrt", "asin", "acos", "atan")
 
 
 class KernelPrinter(FractionPrinter):
@@ -70,6 +70,9 @@ class KernelPrinter(FractionPrinter):
 
     _print_log_cosh = _print_sinc = _print_sinc_slope = _helper
     _print_phi_1 = _print_phi_2 = _print_bouc_wen = _print_bouc_wen_work = _print_bouc_wen_slope = _helper
+
+    def _print_sign(self, expr: Any) -> str:
+        return f"np.sign({self._print(expr.args[0])})"
 
     def _print_NaN(self, expr: Any) -> str:
         return "np.nan"

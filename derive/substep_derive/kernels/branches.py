@@ -27,8 +27,8 @@ def _root(e: Expr, rest: Expr, z: Symbol, w: Writer, parameters: Sequence[Parame
         if not branching:
             continue
         factor = Mul(*(x for x in factors if x is not branching[0]))
-        rises = positive(factor, parameters)
-        if len(branching) > 1 or factor.has(z) or not (rises or positive(-factor, parameters)):
+        rises = positive(factor, parameters, or_zero=True)
+        if len(branching) > 1 or factor.has(z) or not (rises or positive(-factor, parameters, or_zero=True)):
             return None
         chosen = branching[0]
         others = _distributed(e) - term

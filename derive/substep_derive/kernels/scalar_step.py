@@ -144,7 +144,7 @@ def _balance(system: System, waiting: Iterable[Combination]) -> ScalarBalance:
     rows = {MASS: system.inertia, DAMPING: system.damping, STIFFNESS: system.stiffness}
     residual = sum((matrix * _sum(row) for matrix, row in rows.items()), Integer(0))
     effective_mass = sum((matrix * slope(_sum(row)) for matrix, row in rows.items()), Integer(0))
-    places = [(w, None, _sum(row)) for w, row in system.forces]
+    places = [(w, None, _sum(row)) for w, row, _ in system.forces]
     places += [(w, _sum(before), _sum(row)) for w, before, row in system.differences]
     forces: list[Force] = []
     for k, (w, before, displacement) in enumerate(places, start=1):

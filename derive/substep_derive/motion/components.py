@@ -14,6 +14,7 @@ from sympy import (
     diag,
     eye,
     fraction,
+    sign,
     sympify,
     true,
     zeros,
@@ -125,7 +126,9 @@ class Writer:
         old = self.memory(place - 1)
         since = self.constant(h * (instant - list(self.committed.values())[-1]))
         where = {**old, elapsed: since, **dict(zip(self.motion.coordinates, at, strict=True))}
-        self.committed[u if isinstance(u, Symbol) else Symbol(f"u_*commit{place}")] = instant
+        before = list(self.committed.values())[-1]
+        reached = instant if condition == true else Piecewise((instant, condition), (before, True))
+        self.committed[u if isinstance(u, Symbol) else Symbol(f"u_*commit{place}")] = reached
         new = self.memory(place)
         found = Assignments()
         for s, e in self.motion.commit.items():
@@ -190,8 +193,11 @@ class Writer:
         """Components of an expression linear in knots' symbols, forces N and loads f."""
         tangent, e = Matrix(), sympify(e)
         for where in e.atoms(K_t):
-            tangent = self.motion.tangent(list(self.vector(where.args[0])))
-            tangent = tangent.subs(self.remembered(where.args[0]), simultaneous=True)
+            at = self.vector(where.args[0])
+            if where.args[0] in self.committed:  # where the force of laws bends: the tangent is that of the way on
+                moving = self.components(Symbol(f"v_{(knot_of(where.args[0]) or ('', '0'))[1]}"))
+                at += moving.applyfunc(sign) * self.motion.scene.length / 10**9
+            tangent = self.motion.tangent(list(at)).subs(self.remembered(where.args[0]), simultaneous=True)
             e = e.subs(where, TANGENT)
         marks: dict[Expr, Dummy] = {atom: Dummy() for atom in sorted(e.atoms(N, N_discrete, f), key=str)}
         e = e.subs(marks)

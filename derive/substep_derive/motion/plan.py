@@ -4,6 +4,9 @@ Every vector that a step computes is either a combination of vectors known befor
 M x_a + C x_v + K0 x_k + sum of w N(x_u) = load, where x_a, x_v, x_k and x_u combine the unknown and known vectors.
 A balance is such a system, solved for its new acceleration; so is a coefficient that is a quotient of matrices, such
 as alpha_1 = (M + gamma h C + beta h^2 K0)^-1 M of Kolay & Ricles (2014), whose denominator is never inverted.
+
+Where the internal force has a memory, it is committed after a system that ends a sub-step, and at the end of the step,
+by the rule of `step.times`.
 """
 
 from collections.abc import Iterable, Mapping
@@ -15,8 +18,9 @@ from sympy import Dummy, Expr, Integer, Symbol, cancel, factor, fraction, sympif
 
 from ..declare.errors import DeclarationError
 from ..declare.scheme import Scheme
-from ..declare.symbols import K0, C, K_t, M, N, N_discrete, f, knot, knot_of
+from ..declare.symbols import K0, C, K_t, M, N, N_discrete, f, h, knot, knot_of
 from ..step.step import Stage, Step
+from ..step.times import SubStepEnd, passed, sub_step_ends
 
 MATRICES = (M, C, K0)
 Row = Mapping[Symbol, Expr]  # vector -> its coefficient, a number once h and the parameters are given
@@ -36,16 +40,19 @@ class System:
     """M inertia + C damping + K0 stiffness + sum of w N(row) + sum of w N(row, row) = sum of w f(tau), linear or not.
 
     vector: the unknown it is solved for, which the rows contain, directly or through a combination before it.
-    forces: pairs (w, row); differences: triples (w, row, row) of a discrete gradient; loads: pairs (w, tau).
+    forces: triples (w, row, tau) of a force at a displacement, which a motion of constant velocity passes tau steps
+    after t_n; differences: triples (w, row, row) of a discrete gradient; loads: pairs (w, tau). commits: triples
+    (u, v, tau) of rows where a sub-step ends with this system and what the internal force remembers is committed.
     """
 
     vector: Symbol
     inertia: Row = field(default_factory=dict)
     damping: Row = field(default_factory=dict)
     stiffness: Row = field(default_factory=dict)
-    forces: tuple[tuple[Expr, Row], ...] = ()
+    forces: tuple[tuple[Expr, Row, Expr], ...] = ()
     differences: tuple[tuple[Expr, Row, Row], ...] = ()
     loads: tuple[tuple[Expr, Expr], ...] = ()
+    commits: tuple[tuple[Row, Row, Expr], ...] = ()
 
     @property
     def rows(self) -> dict[str, Row]:
@@ -55,8 +62,10 @@ class System:
     @property
     def vectors(self) -> set[Symbol]:
         """The vectors that it reads, the unknown included."""
-        rows = [*self.rows.values(), *(row for _, row in self.forces)]
-        rows += [row for _, *pair in self.differences for row in pair]
+        rows = [*self.rows.values(), *(row for _, row, _ in self.forces)]
+        rows += [row for _, *pair in self.differences for row in pair] + [
+            row for *pair, _ in self.commits for row in pair
+        ]
         return {s for row in rows for s in row} | {self.vector}
 
 
@@ -69,6 +78,7 @@ class Plan:
 
     given: the vectors that are there before. out: the new state under the names of the state, in a step; the state at
     t = 0, in a start. report: u, v and, where the scheme has its own, a at t_n + h under these names; empty in a start.
+    no_memory: why the scheme takes no internal force with a memory, empty where it takes one.
     """
 
     scheme: Scheme
@@ -76,6 +86,7 @@ class Plan:
     operations: tuple[Operation, ...]
     out: Mapping[Symbol, Row]
     report: Mapping[str, Row]
+    no_memory: str = ""
 
     @classmethod
     def of(cls, scheme: Scheme) -> "Plan":
@@ -88,7 +99,7 @@ class Plan:
         step = Step.of(scheme.in_doubles)
         if step.start is None or not scheme.start:
             return None
-        w = _Writer(step.scheme)
+        w = _Writer(step.scheme, passed(step))
         # K0 is the tangent at u_0, and so is the only K_t that a start can read
         out = {s: w.row(e.replace(K_t, lambda where: K0)) for s, e in zip(step.state, step.start, strict=True)}
         return w.plan(knot(0), out, {})
@@ -97,22 +108,28 @@ class Plan:
 @cache
 def _plan(scheme: Scheme) -> Plan:
     near = scheme.in_doubles
-    w = _Writer(near)
     step = Step.of(near)
+    w = _Writer(near, passed(step))
+    ends, no_memory = list[SubStepEnd](), ""
+    try:
+        ends += sub_step_ends(Step.of(scheme))
+    except DeclarationError as error:
+        no_memory = str(error)
     for s, e in step.prior.items():
         w.combine(s, e)
     for stage in step.stages:
         w.balance(stage)
+        w.commit(stage, ends)
     out = {s: w.row(after) for s, after in zip(step.state, step.after, strict=True)}
     report = {kind: w.row(e) for kind, e in zip("uva", step.outputs, strict=False)}
-    return w.plan(step.state, out, report)
+    return replace(w.plan(step.state, out, report), no_memory=no_memory)
 
 
 class _Writer:
-    """Collects the operations of a plan."""
+    """Collects the operations of a plan. instants: of each displacement, in steps after t_n: see `step.times`."""
 
-    def __init__(self, scheme: Scheme) -> None:
-        self.scheme = scheme
+    def __init__(self, scheme: Scheme, instants: Mapping[Symbol, Expr]) -> None:
+        self.scheme, self.instants = scheme, instants
         self.operations: list[Operation] = []
         self.quotients: dict[object, Symbol] = {}
 
@@ -192,16 +209,34 @@ class _Writer:
                 row[right] = -part
         self.operations.append(System(stage.z, *rows))
 
-    def _forces(self, e: Expr) -> tuple[tuple[tuple[Expr, Row], ...], tuple[tuple[Expr, Row, Row], ...]]:
-        """The terms w N(row), and the terms w N(row, row), of an internal force."""
+    def commit(self, stage: Stage, ends: Iterable[SubStepEnd]) -> None:
+        """Add to the last system, that of the stage, the commits of the sub-steps that end with it.
+
+        The velocity there is that of the knot, or where the step has none that at which the stage takes the force.
+        """
+        moves = {s for atom in stage.balance.force.atoms(N) for s in atom.free_symbols}
+        system, found = self.operations[-1], []
+        for end in (end for end in ends if end.u in moves):
+            v = knot((knot_of(end.u) or "")[1]).v
+            row = {v: Integer(1)} if v in self.instants else self.row(stage.balance.damping)
+            found.append(({end.u: Integer(1)}, row, self.instants[end.u]))
+        if found:
+            self.operations[-1] = replace(cast(System, system), commits=tuple(found))
+
+    def _forces(self, e: Expr) -> tuple[tuple[tuple[Expr, Row, Expr], ...], tuple[tuple[Expr, Row, Row], ...]]:
+        """The terms w N(row), with their instants, and the terms w N(row, row), of an internal force."""
         forces, differences = [], []
         for atom, w in self._terms(e):
             rows = [self.row(cast(Expr, argument)) for argument in atom.args]
             if isinstance(atom, N):
-                forces.append((w, rows[0]))
+                forces.append((w, rows[0], self._instant(atom)))
             else:
                 differences.append((w, rows[0], rows[1]))
         return tuple(forces), tuple(differences)
+
+    def _instant(self, force: Expr) -> Expr:
+        """When a motion of constant velocity passes the displacement of a force, in steps after t_n."""
+        return factor(cast(Expr, force.args[0]).subs({**self.instants, h: Integer(1)}, simultaneous=True))
 
     def _terms(self, e: Expr) -> list[tuple[Expr, Expr]]:
         """(symbol of a knot, force or load; its coefficient) of each term of an expression linear in them."""
@@ -215,11 +250,11 @@ class _Writer:
         """The solution x of den x = sum of numerator * vector, with forces and loads by numbers."""
         x = Symbol(f"w_{len(self.operations)}")
         rows: tuple[dict[Symbol, Expr], ...] = tuple({x: part} if part != 0 else {} for part in den[1:])  # type: ignore[assignment]
-        forces, loads = [], []
+        forces, loads = list[tuple[Expr, Row, Expr]](), list[tuple[Expr, Expr]]()
         for atom, (number, *parts) in members:
             if isinstance(atom, N | f) and not any(parts):
                 if isinstance(atom, N):
-                    forces.append((-number, self.row(cast(Expr, atom.args[0]))))
+                    forces.append((-number, self.row(cast(Expr, atom.args[0])), self._instant(atom)))
                 else:
                     loads.append((number, cast(Expr, atom.args[0])))
                 continue

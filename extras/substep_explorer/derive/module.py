@@ -185,7 +185,7 @@ def _plan(plan: Plan, text: Text) -> dict[str, Any]:
 def _slots(system: System, text: Text) -> str:
     slots = [f"{name}: {_row(row, text)}" for name, row in system.rows.items() if row]
     lists = {
-        "N": [(w, _row(row, text)) for w, row in system.forces],
+        "N": [(w, _row(row, text)) for w, row, _ in system.forces],
         "N_discrete": [(w, f"{_row(old, text)}, {_row(new, text)}") for w, old, new in system.differences],
     }
     for name, pairs in lists.items():

@@ -56,7 +56,7 @@ def _near_zero(y, A, c, n, power):
 
 @_inner
 def _between(w0, w1, A, c, n, top, power):
-    """The integral of y^power dx from w0 to w1: near 0, where y^n is not smooth, by its series; else by Gauss's rule."""
+    """The integral of y^power dx from w0 to w1: near 0, where y^n is not smooth, by its series, else Gauss's rule."""
     y0, y1 = (w0, w1) if top == 0.0 else (-top * np.expm1(-w0), -top * np.expm1(-w1))
     bound = (0.25 * A / abs(c)) ** (1.0 / n)
     total = _near_zero(min(y1, bound), A, c, n, power) - _near_zero(min(y0, bound), A, c, n, power)

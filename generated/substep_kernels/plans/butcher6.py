@@ -13,13 +13,16 @@
 `step` returns, for numbers h and parameters: the operations in their order; the new state; what is reported. `start`,
 where the state at t = 0 is not made of u_0, v_0, a_0, returns the same for it. A row is a dictionary vector ->
 coefficient. An operation is ("combine", vector, row), or ("solve", vector, slots), where the slots are rows for M, C
-and K0, pairs (w, row) for N, triples (w, row, row) for N_discrete, pairs (w, instant in steps after t_n) for f, and the
-vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..).
+and K0, triples (w, row, instant in steps after t_n) for N, triples (w, row, row) for N_discrete, pairs (w, instant) for
+f, and the vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..); commit are triples (row of u, row of v, instant) where
+a sub-step ends with it, at which an internal force with a memory is committed. NO_MEMORY: why the scheme takes no such
+force, empty where it does.
 """
 
 NAME = "butcher6"
 PARAMETERS = ()
 STATE = ('u_0', 'v_0',)
+NO_MEMORY = ''
 
 
 def step(h):
@@ -31,7 +34,7 @@ def step(h):
         ("solve", "a_0", {
             "M": {"a_0": 1},
             "C": {"v_0": 1},
-            "N": [(1, {"u_0": 1})],
+            "N": [(1, {"u_0": 1}, 0)],
             "f": [(1, 0)],
         }),
         ("combine", "v_q", {"a_0": -0.22360679774997896*h, "a_p": (0.947213595499958)*h, "v_0": 1}),
@@ -39,7 +42,7 @@ def step(h):
         ("solve", "a_p", {
             "M": {"a_p": 1},
             "C": {"v_p": 1},
-            "N": [(1, {"u_p": 1})],
+            "N": [(1, {"u_p": 1}, 0.276393202250021)],
             "f": [(1, 0.276393202250021)],
         }),
         ("combine", "v_r", {"a_0": (0.032623792124926394)*h, "a_p": (0.30901699437494745)*h, "a_q": -0.06524758424985279*h, "v_0": 1}),
@@ -47,7 +50,7 @@ def step(h):
         ("solve", "a_q", {
             "M": {"a_q": 1},
             "C": {"v_q": 1},
-            "N": [(1, {"u_q": 1})],
+            "N": [(1, {"u_q": 1}, 0.7236067977499789)],
             "f": [(1, 0.7236067977499789)],
         }),
         ("combine", "v_s", {"a_0": (0.04606553370833684)*h, "a_q": (1/6)*h, "a_r": (0.5108745973749754)*h, "v_0": 1}),
@@ -55,7 +58,7 @@ def step(h):
         ("solve", "a_r", {
             "M": {"a_r": 1},
             "C": {"v_r": 1},
-            "N": [(1, {"u_r": 1})],
+            "N": [(1, {"u_r": 1}, 0.276393202250021)],
             "f": [(1, 0.276393202250021)],
         }),
         ("combine", "v_t", {"a_0": (0.12060113295832983)*h, "a_q": -0.18169499062491237*h, "a_r": (1/6)*h, "a_s": (0.17082039324993692)*h, "v_0": 1}),
@@ -63,7 +66,7 @@ def step(h):
         ("solve", "a_s", {
             "M": {"a_s": 1},
             "C": {"v_s": 1},
-            "N": [(1, {"u_s": 1})],
+            "N": [(1, {"u_s": 1}, 0.7236067977499789)],
             "f": [(1, 0.7236067977499789)],
         }),
         ("combine", "u_1", {"a_0": (1/12)*h**2, "a_s": (0.11516383427084209)*h**2, "a_t": (0.3015028323958246)*h**2, "u_0": 1, "v_0": h}),
@@ -71,14 +74,14 @@ def step(h):
         ("solve", "a_t", {
             "M": {"a_t": 1},
             "C": {"v_t": 1},
-            "N": [(1, {"u_t": 1})],
+            "N": [(1, {"u_t": 1}, 0.276393202250021)],
             "f": [(1, 0.276393202250021)],
         }),
         ("combine", "v_1", {"a_0": (1/12)*h, "a_s": (5/12)*h, "a_t": (5/12)*h, "a_u": (1/12)*h, "v_0": 1}),
         ("solve", "a_u", {
             "M": {"a_u": 1},
             "C": {"v_u": 1},
-            "N": [(1, {"u_u": 1})],
+            "N": [(1, {"u_u": 1}, 1)],
             "f": [(1, 1)],
         }),
     ]

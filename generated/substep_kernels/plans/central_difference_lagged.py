@@ -8,13 +8,16 @@
 `step` returns, for numbers h and parameters: the operations in their order; the new state; what is reported. `start`,
 where the state at t = 0 is not made of u_0, v_0, a_0, returns the same for it. A row is a dictionary vector ->
 coefficient. An operation is ("combine", vector, row), or ("solve", vector, slots), where the slots are rows for M, C
-and K0, pairs (w, row) for N, triples (w, row, row) for N_discrete, pairs (w, instant in steps after t_n) for f, and the
-vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..).
+and K0, triples (w, row, instant in steps after t_n) for N, triples (w, row, row) for N_discrete, pairs (w, instant) for
+f, and the vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..); commit are triples (row of u, row of v, instant) where
+a sub-step ends with it, at which an internal force with a memory is committed. NO_MEMORY: why the scheme takes no such
+force, empty where it does.
 """
 
 NAME = "central_difference_lagged"
 PARAMETERS = ()
 STATE = ('u_0', 'v_m1o2',)
+NO_MEMORY = ''
 
 
 def step(h):
@@ -25,13 +28,13 @@ def step(h):
         ("solve", "a_0", {
             "M": {"a_0": 1},
             "C": {"v_m1o2": 1},
-            "N": [(1, {"u_0": 1})],
+            "N": [(1, {"u_0": 1}, 0)],
             "f": [(1, 0)],
         }),
         ("solve", "w_3", {
             "M": {"w_3": 1},
             "C": {"v_1o2": -1},
-            "N": [(-1, {"u_1": 1})],
+            "N": [(-1, {"u_1": 1}, 1)],
             "f": [(-1, 1)],
         }),
     ]
@@ -53,7 +56,7 @@ def start(h):
         ("solve", "w_0", {
             "M": {"w_0": 1},
             "C": {"v_0": -1},
-            "N": [(-1, {"u_0": 1})],
+            "N": [(-1, {"u_0": 1}, 0)],
             "f": [(-1, 0)],
         }),
     ]

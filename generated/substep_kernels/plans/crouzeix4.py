@@ -9,13 +9,16 @@
 `step` returns, for numbers h and parameters: the operations in their order; the new state; what is reported. `start`,
 where the state at t = 0 is not made of u_0, v_0, a_0, returns the same for it. A row is a dictionary vector ->
 coefficient. An operation is ("combine", vector, row), or ("solve", vector, slots), where the slots are rows for M, C
-and K0, pairs (w, row) for N, triples (w, row, row) for N_discrete, pairs (w, instant in steps after t_n) for f, and the
-vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..).
+and K0, triples (w, row, instant in steps after t_n) for N, triples (w, row, row) for N_discrete, pairs (w, instant) for
+f, and the vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..); commit are triples (row of u, row of v, instant) where
+a sub-step ends with it, at which an internal force with a memory is committed. NO_MEMORY: why the scheme takes no such
+force, empty where it does.
 """
 
 NAME = "crouzeix4"
 PARAMETERS = ('gamma',)
 STATE = ('u_0', 'v_0',)
+NO_MEMORY = ''
 
 
 def step(h, gamma_):
@@ -26,7 +29,7 @@ def step(h, gamma_):
         ("solve", "a_p", {
             "M": {"a_p": 1},
             "C": {"v_p": 1},
-            "N": [(1, {"u_p": 1})],
+            "N": [(1, {"u_p": 1}, gamma_)],
             "f": [(1, gamma_)],
         }),
         ("combine", "u_q", {"a_p": -gamma_*h**2*(2*gamma_ - 1), "a_q": gamma_**2*h**2, "u_0": 1, "v_0": (1/2)*h}),
@@ -34,7 +37,7 @@ def step(h, gamma_):
         ("solve", "a_q", {
             "M": {"a_q": 1},
             "C": {"v_q": 1},
-            "N": [(1, {"u_q": 1})],
+            "N": [(1, {"u_q": 1}, 1/2)],
             "f": [(1, 1/2)],
         }),
         ("combine", "u_1", {"a_p": -1/6*h**2*(24*gamma_**3 - 36*gamma_**2 + 13*gamma_ - 2)/(2*gamma_ - 1)**2, "a_q": (1/6)*h**2*(24*gamma_**3 - 24*gamma_**2 + 1)/(2*gamma_ - 1)**2, "a_r": (1/6)*gamma_*h**2/(2*gamma_ - 1)**2, "u_0": 1, "v_0": h}),
@@ -44,7 +47,7 @@ def step(h, gamma_):
         ("solve", "a_r", {
             "M": {"a_r": 1},
             "C": {"v_r": 1},
-            "N": [(1, {"u_r": 1})],
+            "N": [(1, {"u_r": 1}, 1 - gamma_)],
             "f": [(1, 1 - gamma_)],
         }),
     ]

@@ -12,13 +12,16 @@
 `step` returns, for numbers h and parameters: the operations in their order; the new state; what is reported. `start`,
 where the state at t = 0 is not made of u_0, v_0, a_0, returns the same for it. A row is a dictionary vector ->
 coefficient. An operation is ("combine", vector, row), or ("solve", vector, slots), where the slots are rows for M, C
-and K0, pairs (w, row) for N, triples (w, row, row) for N_discrete, pairs (w, instant in steps after t_n) for f, and the
-vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..).
+and K0, triples (w, row, instant in steps after t_n) for N, triples (w, row, row) for N_discrete, pairs (w, instant) for
+f, and the vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..); commit are triples (row of u, row of v, instant) where
+a sub-step ends with it, at which an internal force with a memory is committed. NO_MEMORY: why the scheme takes no such
+force, empty where it does.
 """
 
 NAME = "dormand_prince"
 PARAMETERS = ()
 STATE = ('u_0', 'v_0', 'a_0',)
+NO_MEMORY = ''
 
 
 def step(h):
@@ -32,7 +35,7 @@ def step(h):
         ("solve", "a_p", {
             "M": {"a_p": 1},
             "C": {"v_p": 1},
-            "N": [(1, {"u_p": 1})],
+            "N": [(1, {"u_p": 1}, 1/5)],
             "f": [(1, 1/5)],
         }),
         ("combine", "v_r", {"a_0": (44/45)*h, "a_p": -56/15*h, "a_q": (32/9)*h, "v_0": 1}),
@@ -40,7 +43,8 @@ def step(h):
         ("solve", "a_q", {
             "M": {"a_q": 1},
             "C": {"v_q": 1},
-            "N": [(1, {"u_q": 1})],
+            "N": [(1, {"u_q": 1}, 3/10)],
+            "commit": [({"u_q": 1}, {"v_q": 1}, 3/10)],
             "f": [(1, 3/10)],
         }),
         ("combine", "v_s", {"a_0": (19372/6561)*h, "a_p": -25360/2187*h, "a_q": (64448/6561)*h, "a_r": -212/729*h, "v_0": 1}),
@@ -48,7 +52,8 @@ def step(h):
         ("solve", "a_r", {
             "M": {"a_r": 1},
             "C": {"v_r": 1},
-            "N": [(1, {"u_r": 1})],
+            "N": [(1, {"u_r": 1}, 4/5)],
+            "commit": [({"u_r": 1}, {"v_r": 1}, 4/5)],
             "f": [(1, 4/5)],
         }),
         ("combine", "u_1", {"a_0": (35/384)*h**2, "a_q": (50/159)*h**2, "a_r": (25/192)*h**2, "a_s": -243/6784*h**2, "u_0": 1, "v_0": h}),
@@ -56,20 +61,21 @@ def step(h):
         ("solve", "a_s", {
             "M": {"a_s": 1},
             "C": {"v_s": 1},
-            "N": [(1, {"u_s": 1})],
+            "N": [(1, {"u_s": 1}, 8/9)],
+            "commit": [({"u_s": 1}, {"v_s": 1}, 8/9)],
             "f": [(1, 8/9)],
         }),
         ("combine", "v_1", {"a_0": (35/384)*h, "a_q": (500/1113)*h, "a_r": (125/192)*h, "a_s": -2187/6784*h, "a_t": (11/84)*h, "v_0": 1}),
         ("solve", "a_t", {
             "M": {"a_t": 1},
             "C": {"v_t": 1},
-            "N": [(1, {"u_t": 1})],
+            "N": [(1, {"u_t": 1}, 1)],
             "f": [(1, 1)],
         }),
         ("solve", "a_1", {
             "M": {"a_1": 1},
             "C": {"v_1": 1},
-            "N": [(1, {"u_1": 1})],
+            "N": [(1, {"u_1": 1}, 1)],
             "f": [(1, 1)],
         }),
     ]

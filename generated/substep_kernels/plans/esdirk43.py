@@ -11,13 +11,16 @@
 `step` returns, for numbers h and parameters: the operations in their order; the new state; what is reported. `start`,
 where the state at t = 0 is not made of u_0, v_0, a_0, returns the same for it. A row is a dictionary vector ->
 coefficient. An operation is ("combine", vector, row), or ("solve", vector, slots), where the slots are rows for M, C
-and K0, pairs (w, row) for N, triples (w, row, row) for N_discrete, pairs (w, instant in steps after t_n) for f, and the
-vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..).
+and K0, triples (w, row, instant in steps after t_n) for N, triples (w, row, row) for N_discrete, pairs (w, instant) for
+f, and the vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..); commit are triples (row of u, row of v, instant) where
+a sub-step ends with it, at which an internal force with a memory is committed. NO_MEMORY: why the scheme takes no such
+force, empty where it does.
 """
 
 NAME = "esdirk43"
 PARAMETERS = ()
 STATE = ('u_0', 'v_0', 'a_0',)
+NO_MEMORY = ''
 
 
 def step(h):
@@ -28,7 +31,7 @@ def step(h):
         ("solve", "a_p", {
             "M": {"a_p": 1},
             "C": {"v_p": 1},
-            "N": [(1, {"u_p": 1})],
+            "N": [(1, {"u_p": 1}, 1/2)],
             "f": [(1, 1/2)],
         }),
         ("combine", "u_q", {"a_0": (41/2000)*h**2, "a_p": -1743/62500*h**2, "a_q": (1/16)*h**2, "u_0": 1, "v_0": (83/250)*h}),
@@ -36,7 +39,7 @@ def step(h):
         ("solve", "a_q", {
             "M": {"a_q": 1},
             "C": {"v_q": 1},
-            "N": [(1, {"u_q": 1})],
+            "N": [(1, {"u_q": 1}, 83/250)],
             "f": [(1, 83/250)],
         }),
         ("combine", "u_r", {"a_0": (1397/33200)*h**2, "a_p": -200229/1461250*h**2, "a_q": (174375/776216)*h**2, "a_r": (1/16)*h**2, "u_0": 1, "v_0": (31/50)*h}),
@@ -44,7 +47,7 @@ def step(h):
         ("solve", "a_r", {
             "M": {"a_r": 1},
             "C": {"v_r": 1},
-            "N": [(1, {"u_r": 1})],
+            "N": [(1, {"u_r": 1}, 31/50)],
             "f": [(1, 31/50)],
         }),
         ("combine", "u_s", {"a_0": (68035/2325992)*h**2, "a_p": -195348717/483097600*h**2, "a_q": (7683509125/14434956288)*h**2, "a_r": (2285395/16141824)*h**2, "a_s": (1/16)*h**2, "u_0": 1, "v_0": (17/20)*h}),
@@ -52,7 +55,7 @@ def step(h):
         ("solve", "a_s", {
             "M": {"a_s": 1},
             "C": {"v_s": 1},
-            "N": [(1, {"u_s": 1})],
+            "N": [(1, {"u_s": 1}, 17/20)],
             "f": [(1, 17/20)],
         }),
         ("combine", "u_1", {"a_0": (286801/2099568)*h**2, "a_1": (1/16)*h**2, "a_q": (176875/1003968)*h**2, "a_r": (323225/1232064)*h**2, "a_s": -1130/8211*h**2, "u_0": 1, "v_0": h}),
@@ -60,7 +63,7 @@ def step(h):
         ("solve", "a_1", {
             "M": {"a_1": 1},
             "C": {"v_1": 1},
-            "N": [(1, {"u_1": 1})],
+            "N": [(1, {"u_1": 1}, 1)],
             "f": [(1, 1)],
         }),
     ]

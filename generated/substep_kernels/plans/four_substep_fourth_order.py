@@ -10,13 +10,16 @@
 `step` returns, for numbers h and parameters: the operations in their order; the new state; what is reported. `start`,
 where the state at t = 0 is not made of u_0, v_0, a_0, returns the same for it. A row is a dictionary vector ->
 coefficient. An operation is ("combine", vector, row), or ("solve", vector, slots), where the slots are rows for M, C
-and K0, pairs (w, row) for N, triples (w, row, row) for N_discrete, pairs (w, instant in steps after t_n) for f, and the
-vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..).
+and K0, triples (w, row, instant in steps after t_n) for N, triples (w, row, row) for N_discrete, pairs (w, instant) for
+f, and the vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..); commit are triples (row of u, row of v, instant) where
+a sub-step ends with it, at which an internal force with a memory is committed. NO_MEMORY: why the scheme takes no such
+force, empty where it does.
 """
 
 NAME = "four_substep_fourth_order"
 PARAMETERS = ()
 STATE = ('u_0', 'v_0', 'a_0',)
+NO_MEMORY = ''
 
 
 def step(h):
@@ -27,7 +30,7 @@ def step(h):
         ("solve", "a_p", {
             "M": {"a_p": 1},
             "C": {"v_p": 1},
-            "N": [(1, {"u_p": 1})],
+            "N": [(1, {"u_p": 1}, 1)],
             "f": [(1, 1)],
         }),
         ("combine", "u_q", {"a_0": (1/20)*h**2, "a_p": -3/25*h**2, "a_q": (1/4)*h**2, "u_0": 1, "v_0": (3/5)*h}),
@@ -35,7 +38,7 @@ def step(h):
         ("solve", "a_q", {
             "M": {"a_q": 1},
             "C": {"v_q": 1},
-            "N": [(1, {"u_q": 1})],
+            "N": [(1, {"u_q": 1}, 3/5)],
             "f": [(1, 3/5)],
         }),
         ("combine", "u_r", {"a_0": -11/300*h**2, "a_p": -14/25*h**2, "a_q": (2/3)*h**2, "a_r": (1/4)*h**2, "u_0": 1, "v_0": (4/5)*h}),
@@ -43,7 +46,7 @@ def step(h):
         ("solve", "a_r", {
             "M": {"a_r": 1},
             "C": {"v_r": 1},
-            "N": [(1, {"u_r": 1})],
+            "N": [(1, {"u_r": 1}, 4/5)],
             "f": [(1, 4/5)],
         }),
         ("combine", "u_1", {"a_0": (23/144)*h**2, "a_1": (1/4)*h**2, "a_p": -1/12*h**2, "a_q": (25/36)*h**2, "a_r": -25/48*h**2, "u_0": 1, "v_0": h}),
@@ -51,7 +54,7 @@ def step(h):
         ("solve", "a_1", {
             "M": {"a_1": 1},
             "C": {"v_1": 1},
-            "N": [(1, {"u_1": 1})],
+            "N": [(1, {"u_1": 1}, 1)],
             "f": [(1, 1)],
         }),
     ]

@@ -7,13 +7,16 @@
 `step` returns, for numbers h and parameters: the operations in their order; the new state; what is reported. `start`,
 where the state at t = 0 is not made of u_0, v_0, a_0, returns the same for it. A row is a dictionary vector ->
 coefficient. An operation is ("combine", vector, row), or ("solve", vector, slots), where the slots are rows for M, C
-and K0, pairs (w, row) for N, triples (w, row, row) for N_discrete, pairs (w, instant in steps after t_n) for f, and the
-vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..).
+and K0, triples (w, row, instant in steps after t_n) for N, triples (w, row, row) for N_discrete, pairs (w, instant) for
+f, and the vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..); commit are triples (row of u, row of v, instant) where
+a sub-step ends with it, at which an internal force with a memory is committed. NO_MEMORY: why the scheme takes no such
+force, empty where it does.
 """
 
 NAME = "generalized_alpha_mixed_displacement"
 PARAMETERS = ('alpha_m', 'alpha_f', 'beta', 'gamma',)
 STATE = ('u_0', 'v_0', 'a_0',)
+NO_MEMORY = ''
 
 
 def step(h, alpha_m_, alpha_f_, beta_, gamma_):
@@ -24,7 +27,7 @@ def step(h, alpha_m_, alpha_f_, beta_, gamma_):
         ("solve", "a_1", {
             "M": {"a_0": alpha_m_, "a_1": 1 - alpha_m_},
             "C": {"v_0": alpha_f_, "v_1": 1 - alpha_f_},
-            "N": [(1, {"u_0": alpha_f_, "u_1": 1 - alpha_f_})],
+            "N": [(1, {"u_0": alpha_f_, "u_1": 1 - alpha_f_}, 1 - alpha_f_)],
             "f": [(1, 1 - alpha_f_)],
         }),
     ]

@@ -9,13 +9,16 @@
 `step` returns, for numbers h and parameters: the operations in their order; the new state; what is reported. `start`,
 where the state at t = 0 is not made of u_0, v_0, a_0, returns the same for it. A row is a dictionary vector ->
 coefficient. An operation is ("combine", vector, row), or ("solve", vector, slots), where the slots are rows for M, C
-and K0, pairs (w, row) for N, triples (w, row, row) for N_discrete, pairs (w, instant in steps after t_n) for f, and the
-vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..).
+and K0, triples (w, row, instant in steps after t_n) for N, triples (w, row, row) for N_discrete, pairs (w, instant) for
+f, and the vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..); commit are triples (row of u, row of v, instant) where
+a sub-step ends with it, at which an internal force with a memory is committed. NO_MEMORY: why the scheme takes no such
+force, empty where it does.
 """
 
 NAME = "kr_alpha_plain_start"
 PARAMETERS = ('rho_inf',)
 STATE = ('u_0', 'v_0', 'a_0',)
+NO_MEMORY = ''
 
 
 def step(h, rho_inf_):
@@ -31,7 +34,7 @@ def step(h, rho_inf_):
         ("solve", "w_3", {
             "M": {"w_3": 1},
             "C": {"v_0": rho_inf_/(rho_inf_ + 1), "v_1": 1/(rho_inf_ + 1)},
-            "N": [(rho_inf_/(rho_inf_ + 1), {"u_0": 1}), (1/(rho_inf_ + 1), {"u_1": 1})],
+            "N": [(rho_inf_/(rho_inf_ + 1), {"u_0": 1}, 0), (1/(rho_inf_ + 1), {"u_1": 1}, 1)],
             "f": [(1, 1/(rho_inf_ + 1))],
         }),
         ("solve", "a_1", {

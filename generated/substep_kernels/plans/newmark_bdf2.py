@@ -8,13 +8,16 @@
 `step` returns, for numbers h and parameters: the operations in their order; the new state; what is reported. `start`,
 where the state at t = 0 is not made of u_0, v_0, a_0, returns the same for it. A row is a dictionary vector ->
 coefficient. An operation is ("combine", vector, row), or ("solve", vector, slots), where the slots are rows for M, C
-and K0, pairs (w, row) for N, triples (w, row, row) for N_discrete, pairs (w, instant in steps after t_n) for f, and the
-vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..).
+and K0, triples (w, row, instant in steps after t_n) for N, triples (w, row, row) for N_discrete, pairs (w, instant) for
+f, and the vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..); commit are triples (row of u, row of v, instant) where
+a sub-step ends with it, at which an internal force with a memory is committed. NO_MEMORY: why the scheme takes no such
+force, empty where it does.
 """
 
 NAME = "newmark_bdf2"
 PARAMETERS = ('gamma_t', 'beta', 'gamma',)
 STATE = ('u_0', 'v_0', 'a_0',)
+NO_MEMORY = ''
 
 
 def step(h, gamma_t_, beta_, gamma_):
@@ -25,7 +28,8 @@ def step(h, gamma_t_, beta_, gamma_):
         ("solve", "a_g", {
             "M": {"a_g": 1},
             "C": {"v_g": 1},
-            "N": [(1, {"u_g": 1})],
+            "N": [(1, {"u_g": 1}, gamma_t_)],
+            "commit": [({"u_g": 1}, {"v_g": 1}, gamma_t_)],
             "f": [(1, gamma_t_)],
         }),
         ("combine", "u_1", {"a_1": h**2*(gamma_t_ - 1)**2/(gamma_t_ - 2)**2, "u_0": (gamma_t_ - 1)**2/(gamma_t_*(gamma_t_ - 2)), "u_g": -1/(gamma_t_*(gamma_t_ - 2)), "v_0": h*(gamma_t_ - 1)**3/(gamma_t_*(gamma_t_ - 2)**2), "v_g": -h*(gamma_t_ - 1)/(gamma_t_*(gamma_t_ - 2)**2)}),
@@ -33,7 +37,7 @@ def step(h, gamma_t_, beta_, gamma_):
         ("solve", "a_1", {
             "M": {"a_1": 1},
             "C": {"v_1": 1},
-            "N": [(1, {"u_1": 1})],
+            "N": [(1, {"u_1": 1}, 1)],
             "f": [(1, 1)],
         }),
     ]

@@ -8,13 +8,16 @@
 `step` returns, for numbers h and parameters: the operations in their order; the new state; what is reported. `start`,
 where the state at t = 0 is not made of u_0, v_0, a_0, returns the same for it. A row is a dictionary vector ->
 coefficient. An operation is ("combine", vector, row), or ("solve", vector, slots), where the slots are rows for M, C
-and K0, pairs (w, row) for N, triples (w, row, row) for N_discrete, pairs (w, instant in steps after t_n) for f, and the
-vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..).
+and K0, triples (w, row, instant in steps after t_n) for N, triples (w, row, row) for N_discrete, pairs (w, instant) for
+f, and the vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..); commit are triples (row of u, row of v, instant) where
+a sub-step ends with it, at which an internal force with a memory is committed. NO_MEMORY: why the scheme takes no such
+force, empty where it does.
 """
 
 NAME = "noh_bathe"
 PARAMETERS = ('p',)
 STATE = ('u_0', 'v_0', 'a_0',)
+NO_MEMORY = ''
 
 
 def step(h, p_):
@@ -26,14 +29,15 @@ def step(h, p_):
         ("solve", "a_p", {
             "M": {"a_p": 1},
             "C": {"a_0": h*p_, "v_0": 1},
-            "N": [(1, {"u_p": 1})],
+            "N": [(1, {"u_p": 1}, p_)],
+            "commit": [({"u_p": 1}, {"v_p": 1}, p_)],
             "f": [(1, p_)],
         }),
         ("combine", "v_1", {"a_0": -1/2*h*(p_ - 1)*(2*p_ - 1)/p_, "a_1": (1/2)*h*p_, "a_p": -1/2*h*(p_**2 + p_ - 1)/p_, "v_p": 1}),
         ("solve", "a_1", {
             "M": {"a_1": 1},
             "C": {"a_p": -h*(p_ - 1), "v_p": 1},
-            "N": [(1, {"u_1": 1})],
+            "N": [(1, {"u_1": 1}, 1)],
             "f": [(1, 1)],
         }),
     ]

@@ -8,13 +8,16 @@
 `step` returns, for numbers h and parameters: the operations in their order; the new state; what is reported. `start`,
 where the state at t = 0 is not made of u_0, v_0, a_0, returns the same for it. A row is a dictionary vector ->
 coefficient. An operation is ("combine", vector, row), or ("solve", vector, slots), where the slots are rows for M, C
-and K0, pairs (w, row) for N, triples (w, row, row) for N_discrete, pairs (w, instant in steps after t_n) for f, and the
-vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..).
+and K0, triples (w, row, instant in steps after t_n) for N, triples (w, row, row) for N_discrete, pairs (w, instant) for
+f, and the vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..); commit are triples (row of u, row of v, instant) where
+a sub-step ends with it, at which an internal force with a memory is committed. NO_MEMORY: why the scheme takes no such
+force, empty where it does.
 """
 
 NAME = "rk2"
 PARAMETERS = ()
 STATE = ('u_0', 'v_0',)
+NO_MEMORY = ''
 
 
 def step(h):
@@ -26,14 +29,14 @@ def step(h):
         ("solve", "a_0", {
             "M": {"a_0": 1},
             "C": {"v_0": 1},
-            "N": [(1, {"u_0": 1})],
+            "N": [(1, {"u_0": 1}, 0)],
             "f": [(1, 0)],
         }),
         ("combine", "v_1", {"a_p": h, "v_0": 1}),
         ("solve", "a_p", {
             "M": {"a_p": 1},
             "C": {"v_p": 1},
-            "N": [(1, {"u_p": 1})],
+            "N": [(1, {"u_p": 1}, 1/2)],
             "f": [(1, 1/2)],
         }),
     ]

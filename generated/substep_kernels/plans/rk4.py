@@ -10,13 +10,16 @@
 `step` returns, for numbers h and parameters: the operations in their order; the new state; what is reported. `start`,
 where the state at t = 0 is not made of u_0, v_0, a_0, returns the same for it. A row is a dictionary vector ->
 coefficient. An operation is ("combine", vector, row), or ("solve", vector, slots), where the slots are rows for M, C
-and K0, pairs (w, row) for N, triples (w, row, row) for N_discrete, pairs (w, instant in steps after t_n) for f, and the
-vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..).
+and K0, triples (w, row, instant in steps after t_n) for N, triples (w, row, row) for N_discrete, pairs (w, instant) for
+f, and the vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..); commit are triples (row of u, row of v, instant) where
+a sub-step ends with it, at which an internal force with a memory is committed. NO_MEMORY: why the scheme takes no such
+force, empty where it does.
 """
 
 NAME = "rk4"
 PARAMETERS = ()
 STATE = ('u_0', 'v_0',)
+NO_MEMORY = ''
 
 
 def step(h):
@@ -28,7 +31,7 @@ def step(h):
         ("solve", "a_0", {
             "M": {"a_0": 1},
             "C": {"v_0": 1},
-            "N": [(1, {"u_0": 1})],
+            "N": [(1, {"u_0": 1}, 0)],
             "f": [(1, 0)],
         }),
         ("combine", "v_q", {"a_p": (1/2)*h, "v_0": 1}),
@@ -36,7 +39,7 @@ def step(h):
         ("solve", "a_p", {
             "M": {"a_p": 1},
             "C": {"v_p": 1},
-            "N": [(1, {"u_p": 1})],
+            "N": [(1, {"u_p": 1}, 1/2)],
             "f": [(1, 1/2)],
         }),
         ("combine", "u_1", {"a_q": (1/6)*h**2, "u_0": 1, "v_0": (1/3)*h, "v_p": (1/3)*h, "v_q": (1/3)*h}),
@@ -44,14 +47,14 @@ def step(h):
         ("solve", "a_q", {
             "M": {"a_q": 1},
             "C": {"v_q": 1},
-            "N": [(1, {"u_q": 1})],
+            "N": [(1, {"u_q": 1}, 1/2)],
             "f": [(1, 1/2)],
         }),
         ("combine", "v_1", {"a_0": (1/6)*h, "a_p": (1/3)*h, "a_q": (1/3)*h, "a_r": (1/6)*h, "v_0": 1}),
         ("solve", "a_r", {
             "M": {"a_r": 1},
             "C": {"v_r": 1},
-            "N": [(1, {"u_r": 1})],
+            "N": [(1, {"u_r": 1}, 1)],
             "f": [(1, 1)],
         }),
     ]

@@ -9,13 +9,16 @@
 `step` returns, for numbers h and parameters: the operations in their order; the new state; what is reported. `start`,
 where the state at t = 0 is not made of u_0, v_0, a_0, returns the same for it. A row is a dictionary vector ->
 coefficient. An operation is ("combine", vector, row), or ("solve", vector, slots), where the slots are rows for M, C
-and K0, pairs (w, row) for N, triples (w, row, row) for N_discrete, pairs (w, instant in steps after t_n) for f, and the
-vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..).
+and K0, triples (w, row, instant in steps after t_n) for N, triples (w, row, row) for N_discrete, pairs (w, instant) for
+f, and the vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..); commit are triples (row of u, row of v, instant) where
+a sub-step ends with it, at which an internal force with a memory is committed. NO_MEMORY: why the scheme takes no such
+force, empty where it does.
 """
 
 NAME = "rkn43"
 PARAMETERS = ()
 STATE = ('u_0', 'v_0', 'a_0',)
+NO_MEMORY = ''
 
 
 def step(h):
@@ -25,19 +28,21 @@ def step(h):
         ("combine", "u_q", {"a_0": (7/1000)*h**2, "a_p": (119/500)*h**2, "u_0": 1, "v_0": (7/10)*h}),
         ("solve", "a_p", {
             "M": {"a_p": 1},
-            "N": [(1, {"u_p": 1})],
+            "N": [(1, {"u_p": 1}, 1/4)],
+            "commit": [({"u_p": 1}, {}, 1/4)],
             "f": [(1, 1/4)],
         }),
         ("combine", "u_1", {"a_0": (1/14)*h**2, "a_p": (8/27)*h**2, "a_q": (25/189)*h**2, "u_0": 1, "v_0": h}),
         ("solve", "a_q", {
             "M": {"a_q": 1},
-            "N": [(1, {"u_q": 1})],
+            "N": [(1, {"u_q": 1}, 7/10)],
+            "commit": [({"u_q": 1}, {}, 7/10)],
             "f": [(1, 7/10)],
         }),
         ("combine", "v_1", {"a_0": (1/14)*h, "a_1": (5/54)*h, "a_p": (32/81)*h, "a_q": (250/567)*h, "v_0": 1}),
         ("solve", "a_1", {
             "M": {"a_1": 1},
-            "N": [(1, {"u_1": 1})],
+            "N": [(1, {"u_1": 1}, 1)],
             "f": [(1, 1)],
         }),
     ]

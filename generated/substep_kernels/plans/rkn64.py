@@ -11,13 +11,16 @@
 `step` returns, for numbers h and parameters: the operations in their order; the new state; what is reported. `start`,
 where the state at t = 0 is not made of u_0, v_0, a_0, returns the same for it. A row is a dictionary vector ->
 coefficient. An operation is ("combine", vector, row), or ("solve", vector, slots), where the slots are rows for M, C
-and K0, pairs (w, row) for N, triples (w, row, row) for N_discrete, pairs (w, instant in steps after t_n) for f, and the
-vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..).
+and K0, triples (w, row, instant in steps after t_n) for N, triples (w, row, row) for N_discrete, pairs (w, instant) for
+f, and the vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..); commit are triples (row of u, row of v, instant) where
+a sub-step ends with it, at which an internal force with a memory is committed. NO_MEMORY: why the scheme takes no such
+force, empty where it does.
 """
 
 NAME = "rkn64"
 PARAMETERS = ()
 STATE = ('u_0', 'v_0', 'a_0',)
+NO_MEMORY = ''
 
 
 def step(h):
@@ -27,31 +30,31 @@ def step(h):
         ("combine", "u_q", {"a_0": -1/2200*h**2, "a_p": (1/22)*h**2, "u_0": 1, "v_0": (3/10)*h}),
         ("solve", "a_p", {
             "M": {"a_p": 1},
-            "N": [(1, {"u_p": 1})],
+            "N": [(1, {"u_p": 1}, 1/10)],
             "f": [(1, 1/10)],
         }),
         ("combine", "u_r", {"a_0": (637/6600)*h**2, "a_p": -7/110*h**2, "a_q": (7/33)*h**2, "u_0": 1, "v_0": (7/10)*h}),
         ("solve", "a_q", {
             "M": {"a_q": 1},
-            "N": [(1, {"u_q": 1})],
+            "N": [(1, {"u_q": 1}, 3/10)],
             "f": [(1, 3/10)],
         }),
         ("combine", "u_s", {"a_0": (225437/1968750)*h**2, "a_p": -30073/281250*h**2, "a_q": (65569/281250)*h**2, "a_r": -9367/984375*h**2, "u_0": 1, "v_0": (17/25)*h}),
         ("solve", "a_r", {
             "M": {"a_r": 1},
-            "N": [(1, {"u_r": 1})],
+            "N": [(1, {"u_r": 1}, 7/10)],
             "f": [(1, 7/10)],
         }),
         ("combine", "u_1", {"a_0": (151/2142)*h**2, "a_p": (5/116)*h**2, "a_q": (385/1368)*h**2, "a_r": (55/168)*h**2, "a_s": -6250/28101*h**2, "u_0": 1, "v_0": h}),
         ("solve", "a_s", {
             "M": {"a_s": 1},
-            "N": [(1, {"u_s": 1})],
+            "N": [(1, {"u_s": 1}, 17/25)],
             "f": [(1, 17/25)],
         }),
         ("combine", "v_1", {"a_0": (151/2142)*h, "a_1": (1/12)*h, "a_p": (25/522)*h, "a_q": (275/684)*h, "a_r": (275/252)*h, "a_s": -78125/112404*h, "v_0": 1}),
         ("solve", "a_1", {
             "M": {"a_1": 1},
-            "N": [(1, {"u_1": 1})],
+            "N": [(1, {"u_1": 1}, 1)],
             "f": [(1, 1)],
         }),
     ]

@@ -17,13 +17,16 @@
 `step` returns, for numbers h and parameters: the operations in their order; the new state; what is reported. `start`,
 where the state at t = 0 is not made of u_0, v_0, a_0, returns the same for it. A row is a dictionary vector ->
 coefficient. An operation is ("combine", vector, row), or ("solve", vector, slots), where the slots are rows for M, C
-and K0, pairs (w, row) for N, triples (w, row, row) for N_discrete, pairs (w, instant in steps after t_n) for f, and the
-vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..).
+and K0, triples (w, row, instant in steps after t_n) for N, triples (w, row, row) for N_discrete, pairs (w, instant) for
+f, and the vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..); commit are triples (row of u, row of v, instant) where
+a sub-step ends with it, at which an internal force with a memory is committed. NO_MEMORY: why the scheme takes no such
+force, empty where it does.
 """
 
 NAME = "stoermer_extrapolation"
 PARAMETERS = ()
 STATE = ('u_0', 'v_0', 'a_0',)
+NO_MEMORY = ''
 
 
 def step(h):
@@ -35,65 +38,65 @@ def step(h):
         ("combine", "u_v", {"a_0": (1/32)*h**2, "u_0": 1, "v_0": (1/4)*h}),
         ("solve", "a_p", {
             "M": {"a_p": 1},
-            "N": [(1, {"u_p": 1})],
+            "N": [(1, {"u_p": 1}, 1)],
             "f": [(1, 1)],
         }),
         ("combine", "u_r", {"a_0": (1/4)*h**2, "a_q": (1/4)*h**2, "u_0": 1, "v_0": h}),
         ("solve", "a_q", {
             "M": {"a_q": 1},
-            "N": [(1, {"u_q": 1})],
+            "N": [(1, {"u_q": 1}, 1/2)],
             "f": [(1, 1/2)],
         }),
         ("solve", "a_r", {
             "M": {"a_r": 1},
-            "N": [(1, {"u_r": 1})],
+            "N": [(1, {"u_r": 1}, 1)],
             "f": [(1, 1)],
         }),
         ("combine", "u_t", {"a_0": (1/9)*h**2, "a_s": (1/9)*h**2, "u_0": 1, "v_0": (2/3)*h}),
         ("solve", "a_s", {
             "M": {"a_s": 1},
-            "N": [(1, {"u_s": 1})],
+            "N": [(1, {"u_s": 1}, 1/3)],
             "f": [(1, 1/3)],
         }),
         ("combine", "u_u", {"a_0": (1/6)*h**2, "a_s": (2/9)*h**2, "a_t": (1/9)*h**2, "u_0": 1, "v_0": h}),
         ("solve", "a_t", {
             "M": {"a_t": 1},
-            "N": [(1, {"u_t": 1})],
+            "N": [(1, {"u_t": 1}, 2/3)],
             "f": [(1, 2/3)],
         }),
         ("solve", "a_u", {
             "M": {"a_u": 1},
-            "N": [(1, {"u_u": 1})],
+            "N": [(1, {"u_u": 1}, 1)],
             "f": [(1, 1)],
         }),
         ("combine", "u_w", {"a_0": (1/16)*h**2, "a_v": (1/16)*h**2, "u_0": 1, "v_0": (1/2)*h}),
         ("solve", "a_v", {
             "M": {"a_v": 1},
-            "N": [(1, {"u_v": 1})],
+            "N": [(1, {"u_v": 1}, 1/4)],
             "f": [(1, 1/4)],
         }),
         ("combine", "u_x", {"a_0": (3/32)*h**2, "a_v": (1/8)*h**2, "a_w": (1/16)*h**2, "u_0": 1, "v_0": (3/4)*h}),
         ("solve", "a_w", {
             "M": {"a_w": 1},
-            "N": [(1, {"u_w": 1})],
+            "N": [(1, {"u_w": 1}, 1/2)],
             "f": [(1, 1/2)],
         }),
         ("combine", "u_1", {"a_0": (151/2520)*h**2, "a_q": (4/45)*h**2, "a_s": -81/140*h**2, "a_t": -81/280*h**2, "a_v": (64/105)*h**2, "a_w": (128/315)*h**2, "a_x": (64/315)*h**2, "u_0": 1, "v_0": h}),
         ("combine", "u_y", {"a_0": (1/8)*h**2, "a_v": (3/16)*h**2, "a_w": (1/8)*h**2, "a_x": (1/16)*h**2, "u_0": 1, "v_0": h}),
         ("solve", "a_x", {
             "M": {"a_x": 1},
-            "N": [(1, {"u_x": 1})],
+            "N": [(1, {"u_x": 1}, 3/4)],
             "f": [(1, 3/4)],
         }),
         ("combine", "v_1", {"a_0": (151/2520)*h, "a_p": -1/720*h, "a_q": (8/45)*h, "a_r": (4/45)*h, "a_s": -243/280*h, "a_t": -243/280*h, "a_u": -243/560*h, "a_v": (256/315)*h, "a_w": (256/315)*h, "a_x": (256/315)*h, "a_y": (128/315)*h, "v_0": 1}),
         ("solve", "a_y", {
             "M": {"a_y": 1},
-            "N": [(1, {"u_y": 1})],
+            "N": [(1, {"u_y": 1}, 1)],
             "f": [(1, 1)],
         }),
         ("solve", "a_1", {
             "M": {"a_1": 1},
-            "N": [(1, {"u_1": 1})],
+            "N": [(1, {"u_1": 1}, 1)],
             "f": [(1, 1)],
         }),
     ]

@@ -11,13 +11,16 @@
 `step` returns, for numbers h and parameters: the operations in their order; the new state; what is reported. `start`,
 where the state at t = 0 is not made of u_0, v_0, a_0, returns the same for it. A row is a dictionary vector ->
 coefficient. An operation is ("combine", vector, row), or ("solve", vector, slots), where the slots are rows for M, C
-and K0, pairs (w, row) for N, triples (w, row, row) for N_discrete, pairs (w, instant in steps after t_n) for f, and the
-vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..).
+and K0, triples (w, row, instant in steps after t_n) for N, triples (w, row, row) for N_discrete, pairs (w, instant) for
+f, and the vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..); commit are triples (row of u, row of v, instant) where
+a sub-step ends with it, at which an internal force with a memory is committed. NO_MEMORY: why the scheme takes no such
+force, empty where it does.
 """
 
 NAME = "suzuki"
 PARAMETERS = ('weight',)
 STATE = ('u_0', 'v_0', 'a_0',)
+NO_MEMORY = ''
 
 
 def step(h, weight_):
@@ -28,34 +31,34 @@ def step(h, weight_):
         ("combine", "u_q", {"a_0": (1/2)*h**2*weight_**2, "a_p": h**2*weight_**2, "u_p": 1, "v_0": h*weight_}),
         ("solve", "a_p", {
             "M": {"a_p": 1},
-            "N": [(1, {"u_p": 1})],
+            "N": [(1, {"u_p": 1}, weight_)],
             "f": [(1, weight_)],
         }),
         ("combine", "v_q", {"a_p": (1/2)*h*weight_, "a_q": (1/2)*h*weight_, "v_p": 1}),
         ("combine", "u_r", {"a_p": -1/2*h**2*weight_*(4*weight_ - 1), "a_q": (1/2)*h**2*(3*weight_ - 1)*(4*weight_ - 1), "u_q": 1, "v_p": -h*(4*weight_ - 1)}),
         ("solve", "a_q", {
             "M": {"a_q": 1},
-            "N": [(1, {"u_q": 1})],
+            "N": [(1, {"u_q": 1}, 2*weight_)],
             "f": [(1, 2*weight_)],
         }),
         ("combine", "v_r", {"a_q": -1/2*h*(4*weight_ - 1), "a_r": -1/2*h*(4*weight_ - 1), "v_q": 1}),
         ("combine", "u_s", {"a_q": -1/2*h**2*weight_*(4*weight_ - 1), "a_r": -1/2*h**2*weight_*(3*weight_ - 1), "u_r": 1, "v_q": h*weight_}),
         ("solve", "a_r", {
             "M": {"a_r": 1},
-            "N": [(1, {"u_r": 1})],
+            "N": [(1, {"u_r": 1}, 1 - 2*weight_)],
             "f": [(1, 1 - 2*weight_)],
         }),
         ("combine", "u_1", {"a_r": (1/2)*h**2*weight_**2, "a_s": h**2*weight_**2, "u_s": 1, "v_r": h*weight_}),
         ("combine", "v_s", {"a_r": (1/2)*h*weight_, "a_s": (1/2)*h*weight_, "v_r": 1}),
         ("solve", "a_s", {
             "M": {"a_s": 1},
-            "N": [(1, {"u_s": 1})],
+            "N": [(1, {"u_s": 1}, 1 - weight_)],
             "f": [(1, 1 - weight_)],
         }),
         ("combine", "v_1", {"a_1": (1/2)*h*weight_, "a_s": (1/2)*h*weight_, "v_s": 1}),
         ("solve", "a_1", {
             "M": {"a_1": 1},
-            "N": [(1, {"u_1": 1})],
+            "N": [(1, {"u_1": 1}, 1)],
             "f": [(1, 1)],
         }),
     ]

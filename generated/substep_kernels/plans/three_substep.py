@@ -9,13 +9,16 @@
 `step` returns, for numbers h and parameters: the operations in their order; the new state; what is reported. `start`,
 where the state at t = 0 is not made of u_0, v_0, a_0, returns the same for it. A row is a dictionary vector ->
 coefficient. An operation is ("combine", vector, row), or ("solve", vector, slots), where the slots are rows for M, C
-and K0, pairs (w, row) for N, triples (w, row, row) for N_discrete, pairs (w, instant in steps after t_n) for f, and the
-vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..).
+and K0, triples (w, row, instant in steps after t_n) for N, triples (w, row, row) for N_discrete, pairs (w, instant) for
+f, and the vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..); commit are triples (row of u, row of v, instant) where
+a sub-step ends with it, at which an internal force with a memory is committed. NO_MEMORY: why the scheme takes no such
+force, empty where it does.
 """
 
 NAME = "three_substep"
 PARAMETERS = ('rho_inf', 'gamma',)
 STATE = ('u_0', 'v_0', 'a_0',)
+NO_MEMORY = ''
 
 
 def step(h, rho_inf_, gamma_):
@@ -26,7 +29,8 @@ def step(h, rho_inf_, gamma_):
         ("solve", "a_g", {
             "M": {"a_g": 1},
             "C": {"v_g": 1},
-            "N": [(1, {"u_g": 1})],
+            "N": [(1, {"u_g": 1}, gamma_)],
+            "commit": [({"u_g": 1}, {"v_g": 1}, gamma_)],
             "f": [(1, gamma_)],
         }),
         ("combine", "u_k", {"a_g": (1/4)*gamma_**2*h**2, "a_k": (1/4)*gamma_**2*h**2, "u_g": 1, "v_g": gamma_*h}),
@@ -34,7 +38,8 @@ def step(h, rho_inf_, gamma_):
         ("solve", "a_k", {
             "M": {"a_k": 1},
             "C": {"v_k": 1},
-            "N": [(1, {"u_k": 1})],
+            "N": [(1, {"u_k": 1}, 2*gamma_)],
+            "commit": [({"u_k": 1}, {"v_k": 1}, 2*gamma_)],
             "f": [(1, 2*gamma_)],
         }),
         ("combine", "u_1", {"a_0": (1/16)*h**2*(gamma_**2*rho_inf_ - 3*gamma_**2 + 8*gamma_ - 2), "a_1": (1/4)*gamma_**2*h**2, "a_g": -1/8*gamma_*h**2*(gamma_*rho_inf_ + gamma_ - 2), "a_k": (1/16)*h**2*(gamma_**2*rho_inf_ + gamma_**2 - 4*gamma_ + 2), "u_0": 1, "v_0": (1/8)*h*(gamma_**2*rho_inf_ + gamma_**2 + 8*gamma_ - 2)/gamma_, "v_g": -1/4*h*(gamma_*rho_inf_ + gamma_ - 2), "v_k": (1/8)*h*(gamma_**2*rho_inf_ + gamma_**2 - 4*gamma_ + 2)/gamma_}),
@@ -42,7 +47,7 @@ def step(h, rho_inf_, gamma_):
         ("solve", "a_1", {
             "M": {"a_1": 1},
             "C": {"v_1": 1},
-            "N": [(1, {"u_1": 1})],
+            "N": [(1, {"u_1": 1}, 1)],
             "f": [(1, 1)],
         }),
     ]

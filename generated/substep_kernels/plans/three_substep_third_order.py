@@ -9,13 +9,16 @@
 `step` returns, for numbers h and parameters: the operations in their order; the new state; what is reported. `start`,
 where the state at t = 0 is not made of u_0, v_0, a_0, returns the same for it. A row is a dictionary vector ->
 coefficient. An operation is ("combine", vector, row), or ("solve", vector, slots), where the slots are rows for M, C
-and K0, pairs (w, row) for N, triples (w, row, row) for N_discrete, pairs (w, instant in steps after t_n) for f, and the
-vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..).
+and K0, triples (w, row, instant in steps after t_n) for N, triples (w, row, row) for N_discrete, pairs (w, instant) for
+f, and the vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..); commit are triples (row of u, row of v, instant) where
+a sub-step ends with it, at which an internal force with a memory is committed. NO_MEMORY: why the scheme takes no such
+force, empty where it does.
 """
 
 NAME = "three_substep_third_order"
 PARAMETERS = ('rho_inf', 'gamma',)
 STATE = ('u_0', 'v_0', 'a_0',)
+NO_MEMORY = ''
 
 
 def step(h, rho_inf_, gamma_):
@@ -26,7 +29,7 @@ def step(h, rho_inf_, gamma_):
         ("solve", "a_p", {
             "M": {"a_p": 1},
             "C": {"v_p": 1},
-            "N": [(1, {"u_p": 1})],
+            "N": [(1, {"u_p": 1}, 2*gamma_)],
             "f": [(1, 2*gamma_)],
         }),
         ("combine", "u_q", {"a_0": -1/5*gamma_*h**2*(5*gamma_ - 3), "a_p": -3/50*h**2*(10*gamma_ - 3), "a_q": gamma_**2*h**2, "u_0": 1, "v_0": (3/5)*h}),
@@ -34,7 +37,7 @@ def step(h, rho_inf_, gamma_):
         ("solve", "a_q", {
             "M": {"a_q": 1},
             "C": {"v_q": 1},
-            "N": [(1, {"u_q": 1})],
+            "N": [(1, {"u_q": 1}, 3/5)],
             "f": [(1, 3/5)],
         }),
         ("combine", "u_1", {"a_0": (1/36)*h**2*(84*gamma_**3 - 102*gamma_**2 + 38*gamma_ - 3)/gamma_, "a_1": gamma_**2*h**2, "a_p": (1/4)*h**2*(20*gamma_**3 - 34*gamma_**2 + 10*gamma_ - 1)/(gamma_*(10*gamma_ - 3)), "a_q": -50/9*gamma_*h**2*(6*gamma_**2 - 6*gamma_ + 1)/(10*gamma_ - 3), "u_0": 1, "v_0": h}),
@@ -42,7 +45,7 @@ def step(h, rho_inf_, gamma_):
         ("solve", "a_1", {
             "M": {"a_1": 1},
             "C": {"v_1": 1},
-            "N": [(1, {"u_1": 1})],
+            "N": [(1, {"u_1": 1}, 1)],
             "f": [(1, 1)],
         }),
     ]

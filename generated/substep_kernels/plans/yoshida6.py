@@ -15,13 +15,16 @@
 `step` returns, for numbers h and parameters: the operations in their order; the new state; what is reported. `start`,
 where the state at t = 0 is not made of u_0, v_0, a_0, returns the same for it. A row is a dictionary vector ->
 coefficient. An operation is ("combine", vector, row), or ("solve", vector, slots), where the slots are rows for M, C
-and K0, pairs (w, row) for N, triples (w, row, row) for N_discrete, pairs (w, instant in steps after t_n) for f, and the
-vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..).
+and K0, triples (w, row, instant in steps after t_n) for N, triples (w, row, row) for N_discrete, pairs (w, instant) for
+f, and the vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..); commit are triples (row of u, row of v, instant) where
+a sub-step ends with it, at which an internal force with a memory is committed. NO_MEMORY: why the scheme takes no such
+force, empty where it does.
 """
 
 NAME = "yoshida6"
 PARAMETERS = ()
 STATE = ('u_0', 'v_0', 'a_0',)
+NO_MEMORY = ''
 
 
 def step(h):
@@ -32,62 +35,62 @@ def step(h):
         ("combine", "u_q", {"a_0": -1.5870488230175044*h**2, "a_p": (0.4125073963131325)*h**2, "u_p": 1, "v_0": -1.9997780973551225*h}),
         ("solve", "a_p", {
             "M": {"a_p": 1},
-            "N": [(1, {"u_p": 1})],
+            "N": [(1, {"u_p": 1}, 1.587224927722243)],
             "f": [(1, 1.587224927722243)],
         }),
         ("combine", "v_q", {"a_p": -0.9998890486775612*h, "a_q": -0.9998890486775612*h, "v_p": 1}),
         ("combine", "u_r", {"a_p": -1.5870488230175044*h**2, "a_q": -0.32740733742606476*h**2, "u_q": 1, "v_p": (1.587224927722243)*h}),
         ("solve", "a_q", {
             "M": {"a_q": 1},
-            "N": [(1, {"u_q": 1})],
+            "N": [(1, {"u_q": 1}, -0.4125531696328796)],
             "f": [(1, -0.4125531696328796)],
         }),
         ("combine", "v_r", {"a_q": (0.7936124638611215)*h, "a_r": (0.7936124638611215)*h, "v_q": 1}),
         ("combine", "u_s", {"a_q": -1.4469481023849082*h**2, "a_r": (0.21515880259071724)*h**2, "u_r": 1, "v_q": -1.8232426634848282*h}),
         ("solve", "a_r", {
             "M": {"a_r": 1},
-            "N": [(1, {"u_r": 1})],
+            "N": [(1, {"u_r": 1}, 1.1746717580893633)],
             "f": [(1, 1.1746717580893633)],
         }),
         ("combine", "v_s", {"a_r": -0.9116213317424141*h, "a_s": -0.9116213317424141*h, "v_r": 1}),
         ("combine", "u_t", {"a_r": -2.094123476754408*h**2, "a_s": (0.5443067726875077)*h**2, "u_s": 1, "v_r": (2.29714181079093)*h}),
         ("solve", "a_s", {
             "M": {"a_s": 1},
-            "N": [(1, {"u_s": 1})],
+            "N": [(1, {"u_s": 1}, -0.6485709053954649)],
             "f": [(1, -0.6485709053954649)],
         }),
         ("combine", "v_t", {"a_s": (1.148570905395465)*h, "a_t": (1.148570905395465)*h, "v_s": 1}),
         ("combine", "u_u", {"a_s": -2.094123476754408*h**2, "a_t": -0.4320165717787827*h**2, "u_t": 1, "v_s": -1.8232426634848282*h}),
         ("solve", "a_t", {
             "M": {"a_t": 1},
-            "N": [(1, {"u_t": 1})],
+            "N": [(1, {"u_t": 1}, 1.648570905395465)],
             "f": [(1, 1.648570905395465)],
         }),
         ("combine", "v_u", {"a_t": -0.9116213317424141*h, "a_u": -0.9116213317424141*h, "v_t": 1}),
         ("combine", "u_v", {"a_t": -1.4469481023849082*h**2, "a_u": -0.18730661679346847*h**2, "u_u": 1, "v_t": (1.587224927722243)*h}),
         ("solve", "a_u", {
             "M": {"a_u": 1},
-            "N": [(1, {"u_u": 1})],
+            "N": [(1, {"u_u": 1}, -0.1746717580893634)],
             "f": [(1, -0.1746717580893634)],
         }),
         ("combine", "v_v", {"a_u": (0.7936124638611215)*h, "a_v": (0.7936124638611215)*h, "v_u": 1}),
         ("combine", "u_w", {"a_u": -1.5870488230175044*h**2, "a_v": (0.4125073963131325)*h**2, "u_v": 1, "v_u": -1.9997780973551225*h}),
         ("solve", "a_v", {
             "M": {"a_v": 1},
-            "N": [(1, {"u_v": 1})],
+            "N": [(1, {"u_v": 1}, 1.4125531696328795)],
             "f": [(1, 1.4125531696328795)],
         }),
         ("combine", "u_1", {"a_v": -1.5870488230175044*h**2, "a_w": -0.32740733742606476*h**2, "u_w": 1, "v_v": (1.587224927722243)*h}),
         ("combine", "v_w", {"a_v": -0.9998890486775612*h, "a_w": -0.9998890486775612*h, "v_v": 1}),
         ("solve", "a_w", {
             "M": {"a_w": 1},
-            "N": [(1, {"u_w": 1})],
+            "N": [(1, {"u_w": 1}, -0.587224927722243)],
             "f": [(1, -0.587224927722243)],
         }),
         ("combine", "v_1", {"a_1": (0.7936124638611215)*h, "a_w": (0.7936124638611215)*h, "v_w": 1}),
         ("solve", "a_1", {
             "M": {"a_1": 1},
-            "N": [(1, {"u_1": 1})],
+            "N": [(1, {"u_1": 1}, 1)],
             "f": [(1, 1)],
         }),
     ]

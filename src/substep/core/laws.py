@@ -73,8 +73,8 @@ class Law:
         for k, x in enumerate(self.parameters.values()):
             table[:, k] = x
         force, tangent, damping, stored = np.empty((4, n))
-        new = np.empty_like(memory)
-        rates = np.array(np.broadcast_to(np.asarray(e_dot, dtype=float), n))
+        new, rates = np.empty_like(memory), np.empty(n)
+        rates[:] = e_dot
         self.module.evaluate(table, e, rates, memory, float(elapsed), force, tangent, damping, new, stored)
         return Evaluated(force, tangent, damping, new, stored)
 

@@ -88,7 +88,8 @@ class Response:
         if self.last is not None:
             return self.last()
         u, v, a = self._last_row
-        return State(float(self.t[-1]), u, v, a, memory={name: float(x[-1]) for name, x in self.memory.items()})
+        memory = {name: x[-1] if x.ndim > 1 else float(x[-1]) for name, x in self.memory.items()}
+        return State(float(self.t[-1]), u, v, a, memory=memory)
 
     @cached_property
     def jump(self) -> Array:

@@ -32,7 +32,7 @@ class State:
     with these, a run goes on as if it had not been broken, else the scheme starts anew from u, v, a. steps: of this dt
     since the time `origin`, for the instants of the load to be the same to the bit. dt_next: of a run with chosen
     steps, the length of its next one, s. more: what else only such a run reads, as the tangents that an iteration
-    keeps. memory: what the laws of a scene remember, by name.
+    keeps. memory: what the laws of a scene remember, by name; of a structure, arrays: of springs (s,), and states.
     """
 
     t: float
@@ -46,7 +46,7 @@ class State:
     origin: float = 0.0
     dt_next: float | None = None
     more: Mapping[str, Array] = field(default_factory=dict[str, Array])
-    memory: Mapping[str, float] = field(default_factory=dict[str, float])
+    memory: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
     @classmethod
     def given(cls, start: Any) -> State:
@@ -83,8 +83,9 @@ class State:
         rows = cast("Mapping[str, Any]", carried or {})
         history = {label: np.atleast_1d(real_array(label, x)) for label, x in rows.items()}
         remembered = cast("Mapping[str, Any]", parts.get("memory") or {})
-        memory = {name: real_number(f"{name} of start", x) for name, x in remembered.items()}
-        return cls(real_number("t of start", parts.get("t", 0.0)), u, v, own_a, history, memory=memory)
+        memory = {name: real_array(f"{name} of start", x) for name, x in remembered.items()}
+        numbers = {name: x if x.ndim else float(x) for name, x in memory.items()}
+        return cls(real_number("t of start", parts.get("t", 0.0)), u, v, own_a, history, memory=numbers)
 
     def goes_on(self, of: str, dt: float) -> bool:
         """Whether it is where a run `of` this scheme and kind in steps of dt can go on as if it had not been broken."""
@@ -152,10 +153,12 @@ class State:
         if self.history:
             found["history"] = named(("label", "row"), np.array(list(self.history.values())), {})
         numbers = {name: getattr(self, name) for name in ("t", "dt", "origin")}
-        numbers |= {f"memory {name}": x for name, x in self.memory.items()}
+        numbers |= {f"memory {name}": x for name, x in self.memory.items() if np.ndim(x) == 0}
         attrs = {**numbers, "steps": float(self.steps), "of": self.of, "dt_next": self.dt_next or np.nan}
         found |= {
-            f"more {name}": named(tuple(f"{name} {k}" for k in range(x.ndim)), x, {}) for name, x in self.more.items()
+            name: named(tuple(f"{name} {k}" for k in range(np.ndim(x))), x, {})
+            for kind, arrays in (("more", self.more), ("memory", self.memory))
+            for name, x in ((f"{kind} {key}", y) for key, y in arrays.items() if kind == "more" or np.ndim(y))
         }
         labels = named("label", np.array(list(self.history), dtype=object), {})
         return xarray.Dataset(found, {"label": labels} if self.history else {}, attrs)
@@ -170,7 +173,10 @@ class State:
             dict(zip(labels, arrays.get("history", ()), strict=True)), str(found.attrs["of"]), dt,
             int(found.attrs["steps"]), origin, None if np.isnan(dt_next) else dt_next,
             {name.removeprefix("more "): x for name, x in arrays.items() if name.startswith("more ")},
-            {str(k).removeprefix("memory "): float(x) for k, x in found.attrs.items() if str(k).startswith("memory ")},
+            {
+                **{str(k).removeprefix("memory "): float(x) for k, x in found.attrs.items() if str(k)[:7] == "memory "},
+                **{k.removeprefix("memory "): x for k, x in arrays.items() if k.startswith("memory ")},
+            },
         )  # fmt: skip
 
     def consistent(self) -> State:

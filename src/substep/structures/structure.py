@@ -11,6 +11,7 @@ from typing import Any, Literal
 from numpy.typing import ArrayLike
 
 from ..core.errors import called_as
+from ..core.laws import Law
 from ..core.loads import Load, Record
 from .march.critical import CriticalStep, critical_step
 from .march.march_structure import march_structure
@@ -18,7 +19,7 @@ from .march.response import StructureResponse
 from .model.constraints import independent, transformation
 from .model.equilibrium import equilibrium
 from .model.given import Dof, LoadPair, loads_of, names_of, numbered, place_of
-from .model.internal_force import InternalForce
+from .model.given_force import internal_of
 from .model.model import Model
 from .model.rayleigh import Rayleigh
 from .model.supports import accelerated, displaced
@@ -105,9 +106,11 @@ def structure(
     M: Any,
     K: Any = None,
     *,
+    springs: Iterable[tuple[Any, Law]] = (),
     internal_force: Callable[..., Any] | None = None,
     tangent: Callable[..., Any] | None = None,
     potential: Callable[..., Any] | None = None,
+    state: Any = None,
     C: Any = None,
     load: LoadPair | Iterable[LoadPair] = (),
     u0: ArrayLike | Literal["static"] = 0.0,
@@ -124,6 +127,14 @@ def structure(
     tangent: with it, its derivative by u (N, N), or a pair with that by v, which explicit schemes do without;
     potential: the function of u of which N is the slope, for schemes that conserve it. C: as below; Rayleigh damping
     takes the tangent at u0 for K.
+
+    springs: pairs of a row of B (N,), or a mapping from degrees of freedom to numbers, which gives an elongation e =
+    B u, and a law (`substep.law`) of its force q; or of rows (s, N) and a law with parameters (s,). Their forces B^T q
+    act beside K, which may be left out. state: what an internal force of one's own with a memory remembers at the
+    start, an array or a dictionary of arrays. The force is then a function of t, u, v and state that returns the force,
+    its tangent (a pair with that by v, if it depends on v), and the new state, and changes none of what it is given. It
+    is called with the state that was last committed, as often as a step needs; the new state counts where a step or a
+    sub-step ends: see docs/structures.md.
 
     C: a matrix, `substep.rayleigh(...)`, `substep.modal_damping(...)`, or None. load: pairs (P, g) of a vector (N,), or
     a mapping from degrees of freedom to numbers, and a function of time such as `substep.Record`; or one such pair.
@@ -150,17 +161,14 @@ def structure(
             )
     mass = checked("M", M)
     N = mass.shape[0]
-    if (K is None) == (internal_force is None):
-        raise ValueError("expected K, or internal_force with its tangent; give one of the two")
-    if K is not None and (tangent is not None or potential is not None):
-        raise ValueError("expected tangent and potential with internal_force only, got one with K; leave it out")
     known = names_of(names, N)
     if isinstance(fixed, str) or not isinstance(fixed, Iterable):
         raise ValueError(f"expected fixed as a list of names or numbers, got {fixed!r}; give [{fixed!r}]")
     numbers = numbered(known)
     held = sorted({place_of(dof, numbers, N) for dof in fixed})
     T = transformation(N, held, constraints)
-    internal = None if internal_force is None else InternalForce(T, internal_force, tangent, potential)
+    whole = None if K is None else checked("K", K, N)
+    internal = internal_of(T, known, whole, springs, internal_force, tangent, potential, state)
     static = isinstance(u0, str)
     if static and u0 != "static":
         raise ValueError(f"expected u0 as displacements or 'static', got {u0!r}; give numbers")
@@ -168,12 +176,11 @@ def structure(
         raise ValueError(f"expected a0 as accelerations or 'consistent', got {a0!r}; give numbers")
     start = {"u0": 0.0 if static else u0, "v0": v0} | ({} if a0 is None or isinstance(a0, str) else {"a0": a0})
     free = {name: independent(name, x, T, known) for name, x in start.items()}
-    stiffness = whole = None
+    stiffness = None
     if internal is None:
-        whole = checked("K", K, N)
         stiffness = reduced(whole, T)
-    elif tangent is not None:
-        stiffness = internal.stiffness(0.0, free["u0"], free["v0"])[0]
+    elif internal.tangent is not None:
+        stiffness = internal.at_start(free["u0"], free["v0"])[0]
     bare = Structure(
         M=reduced(mass, T),
         C=None,
@@ -192,7 +199,7 @@ def structure(
     loaded = replace(bare, loads=loads_of(T, known, load))
     if static:
         at_rest = equilibrium(loaded)
-        tangent_there = stiffness if internal is None else internal.stiffness(0.0, at_rest, free["v0"])[0]
+        tangent_there = stiffness if internal is None else internal.at_start(at_rest, free["v0"])[0]
         loaded = replace(loaded, u0=at_rest, K=tangent_there, static=True)
     return replace(loaded, C=damping_of(loaded, C))
 

@@ -65,6 +65,8 @@ BOUC_WEN = '''
 
 {decorator}def _moved(y, x, A, c, n):
     """y after dy/dx = A - c y^n over x, and the integral of y; x may be negative, as far as y stays above 0."""
+    if x == 0.0:
+        return y, 0.0
     if c == 0.0:
         return y + A * x, (y + 0.5 * A * x) * x
     if n == 1.0:

@@ -9,6 +9,7 @@ from ...core.arrays import Array, dot
 from ...core.errors import warn
 from ...core.response import Status
 from ...core.schemes import Scheme
+from ..model.memory import Memory, Recalled, RememberingForce
 from ..model.model import Model
 from ..model.rayleigh import Rayleigh
 from ..solvers.combine import inner_products, products
@@ -25,7 +26,7 @@ class Energies(NamedTuple):
 
     held: K u (n,), or the part of an internal force that `worked_at` returns, if any. resisted: C times the change of u
     in the last step, and C v, (2, n); None without damping. loads (J,): the values of the loads' functions. moved
-    (J, 2): inner products of the load vectors with u, v.
+    (J, 2): inner products of the load vectors with u, v. memory: what an internal force remembers, None without.
     quadrature: as in `Account`.
     """
 
@@ -39,9 +40,18 @@ class Energies(NamedTuple):
     work: float = 0.0
     damped: float = 0.0
     quadrature: float = 0.0
+    memory: Memory | None = None
 
     @classmethod
-    def of(cls, s: Model, both: Array, t: float, loads: Array, before: "Energies | None" = None) -> "Energies":
+    def of(
+        cls,
+        s: Model,
+        both: Array,
+        t: float,
+        loads: Array,
+        memory: Memory | None = None,
+        before: "Energies | None" = None,
+    ) -> "Energies":
         """At u, v, `both` (2, n), under loads (J,), after a step from `before`, if there was one.
 
         A strain energy without a potential is its work, so far 0. What M, C or K multiplies goes through it together.
@@ -55,7 +65,8 @@ class Energies(NamedTuple):
                 by_stiffness[0] -= before.held
             resisted = s.C.alpha * by_mass + s.C.beta * by_stiffness
         else:
-            held, inertia = worked_at(s, t, u, v), products(s.M, moving[1:])[0]
+            recalled = None if memory is None else Recalled(memory)
+            held, inertia = worked_at(s, t, u, v, recalled), products(s.M, moving[1:])[0]
             if s.C is not None:
                 resisted = products(s.damping, moving)
         strain = 0.0
@@ -64,16 +75,22 @@ class Energies(NamedTuple):
             strain = 0.5 * dot(u, held)
         elif s.internal.potential is not None:
             strain = s.internal.energy(u)
+        elif memory is not None:
+            strain = stored(s, u, memory) or 0.0
         moved = inner_products(s.load_vectors.T, both)
-        return cls(both, held, resisted, loads, moved, 0.5 * dot(v, inertia), strain)
+        return cls(both, held, resisted, loads, moved, 0.5 * dot(v, inertia), strain, memory=memory)
 
     @classmethod
-    def at_start(cls, s: Model, both: Array, t: float) -> "Energies":
+    def at_start(cls, s: Model, both: Array, t: float, memory: Memory | None) -> "Energies":
         """At u, v, `both` (2, n), where a march begins at the time t."""
-        return cls.of(s, both, t, s.load_values(np.array([t]))[0])
+        return cls.of(s, both, t, s.load_values(np.array([t]))[0], memory)
 
-    def after(self, s: Model, both: Array, t: float, h: float, loads: Array, half: Array) -> "Energies":
+    def after(
+        self, s: Model, both: Array, t: float, h: float, loads: Array, half: Array, memory: Memory | None
+    ) -> "Energies":
         """After a step of length h to u, v, `both` (2, n), at the time t, under these loads (J,), `half` at its middle.
+
+        memory: what an internal force remembers then. What it does not give back is damped energy.
 
         The rules of the work take products of forces and motions. Here these are rows: motions over the change of u and
         v at both ends, forces over the loads and what there is of an internal force to add up, at the start, the middle
@@ -81,8 +98,9 @@ class Energies(NamedTuple):
         """
         between = None
         if s.internal is not None:  # before the force at the end, which the next step takes again
-            between = worked_at(s, t - 0.5 * h, *middle(self.both[0], both[0], self.both[1], both[1], h))
-        new = Energies.of(s, both, t, loads, self)
+            recalled = None if self.memory is None else Recalled(self.memory, 0.5 * h)
+            between = worked_at(s, t - 0.5 * h, *middle(self.both[0], both[0], self.both[1], both[1], h), recalled)
+        new = Energies.of(s, both, t, loads, memory, self)
         motions = np.array([both[0] - self.both[0], self.both[1], both[1]])
         change, *ends = np.eye(3)
         forces = [self.loads, half, loads]
@@ -91,7 +109,9 @@ class Energies(NamedTuple):
         if s.internal is not None and self.held is not None and between is not None and new.held is not None:
             of_force = inner_products(np.array([self.held, between, new.held]), motions)
             own = 0.5 * float(of_force[0, 0] + of_force[2, 0])
-            if s.internal.potential is None:
+            if memory is not None and stored(s, both[0], memory) is not None:
+                damped += own - (new.strain - self.strain)
+            elif s.internal.potential is None:
                 new = new._replace(strain=self.strain + own)
             else:
                 damped += own
@@ -116,7 +136,13 @@ class Energies(NamedTuple):
         return self.kinetic, self.strain, self.work, self.damped, self.quadrature
 
 
-def worked_at(s: Model, t: float, u: Array, v: Array) -> Array | None:
+def stored(s: Model, u: Array, memory: Memory) -> float | None:
+    """What an internal force with a memory could give back; None where it does not say."""
+    assert isinstance(s.internal, RememberingForce)
+    return s.internal.stored(u, memory)
+
+
+def worked_at(s: Model, t: float, u: Array, v: Array, recalled: Recalled | None = None) -> Array | None:
     """What the account of energy takes the work of: K u (n,), or that part of an internal force which no potential has.
 
     That part is all of a force without a potential, whose work is its strain energy, and else what velocities add to
@@ -124,7 +150,7 @@ def worked_at(s: Model, t: float, u: Array, v: Array) -> Array | None:
     """
     force = s.internal
     if force is None or force.potential is None:
-        return s.restoring(t, u, v)
+        return s.restoring(t, u, v, recalled)
     return force.damping(t, u, v) if force.reads > 1 else None
 
 
@@ -148,4 +174,5 @@ def accounted(scheme: Scheme, rows: Sequence[Any], status: Status, step: str, at
 def held_at_start(run: Run) -> float:
     """About the energy that an internal force holds at the start, which the account counts from 0."""
     s, (u, v, _) = run.structure, run.given
-    return 0.0 if s.internal is None else float(np.abs(u) @ np.abs(s.restoring(run.time(0), u, v)))
+    recalled = None if run.memory is None else Recalled(run.memory)
+    return 0.0 if s.internal is None else float(np.abs(u) @ np.abs(s.restoring(run.time(0), u, v, recalled)))

@@ -44,6 +44,7 @@ class FixedSteps:
     def trials(self) -> Iterator[Trial]:
         """The steps. Raises ValueError for a singular effective matrix."""
         run, scheme, done, state = self.run, self.run.scheme, self.done, self.state
+        memory = None
         if state is None and scheme.starter is not None:
             history = [run.given]
             require_acceleration(scheme, *(len(step_of(one, run.h).report) for one in (scheme, scheme.starter)))
@@ -52,7 +53,8 @@ class FixedSteps:
                 yield step
                 if self.status != "completed":
                     return
-                history.append(run.with_acceleration(combined(step.march.steps.report, step.X), step.t))
+                memory = step.march.memory
+                history.append(run.with_acceleration(combined(step.march.steps.report, step.X), step.t, memory))
             if (done := starting.total) == self.total:
                 return
             state = carried(scheme.history, done, lambda k, kind: history[k][kind])
@@ -61,7 +63,7 @@ class FixedSteps:
             if tangent is not None and isinstance(solver, NonlinearSystem):
                 solver.keep(tangent)
         X, after = run.room(march.steps), run.room(march.steps)
-        march.begin(X, run.started() if state is None else state)
+        march.begin(X, run.started() if state is None else state, memory)
         for first in range(done, self.total, BLOCK):
             count = min(BLOCK, self.total - first)
             loads, times = march.loads(first, count), march.times(first, count)

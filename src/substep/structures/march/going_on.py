@@ -12,8 +12,9 @@ from ...core.schemes import Scheme
 from ...core.state import State, bare, whose
 from ...run.clock import Begin, ConstantSteps, Control
 from ..model.constraints import independent
+from ..model.memory import Memory, RememberingForce
 from ..model.model import Model
-from ..model.state_vectors import vectors
+from ..model.state_vectors import memory_of, vectors
 from ..solvers.combine import combined
 from ..solvers.matrices import arrays_of
 from .newton import Tangent
@@ -35,7 +36,8 @@ def begun(run: Run, steps: ConstantSteps | Control, state: State | None) -> tupl
         start[2] = _behind_jumps(run.structure, state.t, start)
         return replace(run, begin=Begin(0, state.t), start=start), ()
     rows = _own_rows(state, run)
-    moved = replace(run, begin=steps.begin._replace(rows=rows), start=start)
+    remembered = memory_of(run.structure, state)
+    moved = replace(run, begin=steps.begin._replace(rows=rows), start=start, remembered=remembered)
     return moved, () if rows is None else _tangents(state)
 
 
@@ -80,20 +82,26 @@ def _tangents(state: State) -> list[Tangent | None]:
 
 
 def stands(
-    last: Trial, run: Run, done: int, steps: ConstantSteps, tangents: Sequence[Tangent | None]
+    last: Trial,
+    run: Run,
+    done: int,
+    steps: ConstantSteps,
+    tangents: Sequence[Tangent | None],
+    memory: Memory | None,
 ) -> Callable[[], State]:
-    """The state after so many steps and the last of them, after which systems kept these tangents."""
+    """The state after so many steps and the last of them, after which systems kept these tangents, with this memory."""
     march, rows = last.march, None
     if march.run is run:  # and not the run of the scheme that starts this one
         rows = combined(march.steps.out, last.X)
-    return stood(combined(march.steps.report, last.X), rows, run, done, steps, tangents)
+    return stood(combined(march.steps.report, last.X), rows, run, done, steps, tangents, memory)
 
 
 def stood(
-    motion: Array, rows: Array | None, run: Run, done: int, steps: ConstantSteps, tangents: Sequence[Tangent | None]
-) -> Callable[[], State]:
+    motion: Array, rows: Array | None, run: Run, done: int, steps: ConstantSteps, tangents: Sequence[Tangent | None],
+    memory: Any,
+) -> Callable[[], State]:  # fmt: skip
     """The same from u, v, a (2 or 3, n) there, and from the rows (S, n) that the scheme carries if it is under way."""
-    return partial(_state, run.structure, run.scheme, steps, done, motion, rows, tangents)
+    return partial(_state, run.structure, run.scheme, steps, done, motion, rows, tangents, memory)
 
 
 def _state(
@@ -104,10 +112,13 @@ def _state(
     motion: Array,
     rows: Array | None,
     tangents: Sequence[Tangent | None],
+    memory: Memory | None,
 ) -> State:
     """The state with u, v and, where the scheme has its own, a, and what the scheme carries, if it is under way."""
     u, v, *a = (structure.T @ x for x in motion)
     here = steps.state(done, u, v, a[0] if a else None)
+    if memory is not None and isinstance(structure.internal, RememberingForce):
+        here = replace(here, memory=structure.internal.named(memory))
     if rows is None:
         return here
     more = {f"tangent {k} at": x.at for k, x in enumerate(tangents) if x is not None}

@@ -24,6 +24,7 @@ from .newton import Tangent
 from .response import Account, StructureResponse
 from .saved import Saved, described
 from .scheme_plan import step_of
+from .spring_histories import SpringRows
 from .step_control import ChosenSteps
 from .steps import Run
 from .time_loop import Trial
@@ -42,7 +43,7 @@ class Kept:
         self.places = [s.place(dof) for dof in dofs]
         self.select = selection(s, self.places)
         self.kinds = len(step_of(run.scheme, run.h).report)
-        self.energies = Energies.at_start(s, run.given[:2], run.time(0)) if account else None
+        self.energies = Energies.at_start(s, run.given[:2], run.time(0), run.memory) if account else None
         self.accounts = [] if self.energies is None else [self.energies.row]
 
     def account(self, rows: int, status: Status, step: str) -> Account | None:
@@ -53,8 +54,8 @@ class Kept:
 class Histories(Kept):
     """What a march in constant steps has so far: rows of u, v, a in memory or on disk, energies, and iterations.
 
-    done, state, last, tangents and energies belong together and are set at once, last in a step: what a step that was
-    interrupted has put elsewhere lies beyond `done` and does not count. last: the step.
+    done, state, last, tangents, memory and energies belong together and are set at once, last in a step: what a step
+    that was interrupted has put elsewhere lies beyond `done` and does not count. last: the step.
     """
 
     def __init__(
@@ -72,6 +73,8 @@ class Histories(Kept):
         shape = (asked.n // self.stride + 1, self.kinds, len(dofs))
         if save is None:
             require_memory(shape, "keep fewer dofs, a longer stride, or save= to a folder")
+        self.springs = None if run.memory is None else SpringRows(run, shape[0])
+        self.memory = run.memory
         self.iterations = np.zeros((asked.n, run.scheme.balances), np.int64)
         self.state: Array | None = None
         self.last: Trial | None = None
@@ -93,16 +96,20 @@ class Histories(Kept):
         march, X, done, energies = step.march, step.X, self.done + 1, self.energies
         counts, own = march.counts, march.run is self.run  # else another scheme marches the first steps
         self.iterations[done - 1] = counts if own else [sum(counts), *[0] * (self.run.scheme.balances - 1)]
-        kept = done % self.stride == 0
+        kept, memory = done % self.stride == 0, march.memory
+        if self.springs is not None and memory is not None:
+            self.springs.add(step.t, *combined(march.steps.report[:2], X), memory, kept=kept)
+            self.springs.shortened = march.shortened
         if energies is not None:
             both = combined(march.steps.report[:2], X)
-            energies = energies.after(self.run.structure, both, step.t, step.h, *self._loads(done))
+            energies = energies.after(self.run.structure, both, step.t, step.h, *self._loads(done), memory)
             if kept:
                 self.accounts.append(energies.row)
         if kept:
             self._put(done // self.stride, self.select(march.steps.report[: self.kinds], X))
         state = combined(march.steps.out, X) if self.saved is not None and own else None
         self.done, self.state, self.energies, self.tangents, self.last = done, state, energies, march.tangents, step
+        self.memory = memory
         if self.saved is not None and self.saved.full:
             self._checkpoint()
 
@@ -116,16 +123,18 @@ class Histories(Kept):
         run, asked = self.run, self.asked
         self._checkpoint()
         u, v, *a = self._read()
-        last = None
+        last, springs = None, self.springs
         if self.last is not None:
-            last = stands(self.last, run, self.done, asked, self.tangents)
+            last = stands(self.last, run, self.done, asked, self.tangents, self.memory)
         elif self.motion is not None:  # there was no step left
-            last = stood(self.motion, self.state, run, self.done, asked, self.tangents)
+            last = stood(self.motion, self.state, run, self.done, asked, self.tangents, self.memory)
         return StructureResponse(
             u, v, self.iterations[: self.done], status, None if status == "completed" else asked.time(self.done + 1),
             run.structure, run.scheme, self.stride * run.h, a[0] if a else None, asked.times(self.kept),
             started=self.started, last=last, dofs=tuple(self.dofs),
             account=self.account(self.kept, status, f"dt = {run.h:g}"),
+            springs=None if springs is None else springs.histories(self.kept),
+            remembered=() if springs is None else tuple(springs.remembered[: self.kept]),
         )  # fmt: skip
 
     def _checkpoint(self) -> None:
@@ -200,7 +209,7 @@ class ChosenHistories(Kept):
         rows = self.clock.here[: self.kinds]
         if self.energies is not None:
             half, load, next_load = self.clock.energy_loads
-            energies = self.energies.after(self.run.structure, rows[:2], step.t, step.h, load, half)
+            energies = self.energies.after(self.run.structure, rows[:2], step.t, step.h, load, half, None)
             self.energies = energies._replace(loads=next_load)
             self.accounts.append(energies.row)
         self.rows.append(self.select(rows))

@@ -16,11 +16,12 @@ from ...run.clock import CHOSEN, Control, steps_of
 from ...run.schemes import numbers_only
 from ..model.given import Dof
 from ..model.model import Model
+from .asked_again import AskedAgain
 from .fixed_steps import FixedSteps
 from .going_on import begun
 from .histories import ChosenHistories, Histories
 from .newton import Iteration
-from .refusals import require_definite_mass, require_suited, unknown_argument, unsymmetric
+from .refusals import require_definite_mass, require_no_memory, require_suited, unknown_argument, unsymmetric
 from .response import StructureResponse
 from .step_control import ChosenSteps
 from .steps import Run
@@ -89,6 +90,8 @@ def march_structure(
     scheme = numbers_only(scheme, "substep.sweep takes arrays")
     if tol is not None and (stride != 1 or save is not None):
         raise ValueError("expected stride and save with dt only, got them with tol; keep some dofs, or give dt")
+    if structure.internal is not None and structure.internal.remembers:
+        require_no_memory(tol, save)
     state = None if start is None else State.given(start)
     steps = steps_of(dt, tol, t_end, stride=stride, start=state, chosen=chosen)
     require_definite_mass(structure)
@@ -122,11 +125,13 @@ def _marched(clock: Clock, kept: Histories | ChosenHistories, progress: bool) ->
     try:
         # a run that overflows ends with a status
         with np.errstate(all="ignore"), shown(clock.total, clock.done, progress, "march", clock.unit) as advance:
-            done = clock.done
+            done, asked = clock.done, AskedAgain(kept.run)
             for step in steps_taken(clock):
                 kept.add(step)
+                asked.after(step)
                 advance(clock.done - done)
                 done = clock.done
+            asked.look()
         status = clock.status
     except KeyboardInterrupt:
         pass

@@ -1,24 +1,30 @@
 """Systems of a plan on a nonlinear structure: Newton's iteration, which keeps a factorization while it contracts."""
 
+from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from ...core.arrays import Array, dot
 from ..model.internal_force import InternalForce
+from ..model.memory import Memory, Recalled, RememberingForce
 from ..model.model import Model
 from ..solvers.combine import combined
 from ..solvers.factorization import SingularMatrix
 from ..solvers.matrices import Matrix, combination
-from .scheme_plan import System
+from .scheme_plan import Force, System
 
 TOLERANCE = 1e-12  # of the displacement, relative to its change in the step
 EXACT = 4 * np.finfo(np.float64).eps  # of the largest displacement so far
 ROUNDING = 1e-9  # corrections below this that no longer shrink are rounding
 CONTRACTION = 0.2  # of the corrections, beyond which the tangent is taken anew
 ITERATIONS = 60
+TOO_FAR, SMALL = 0.8, 0.1  # of the residual's work along a change: from which it is shortened, and to what
+BRANCHES = 16  # sets of slopes of springs of which the factors are kept
+SEARCH = 30  # trials of a shorter change
 
 
 @dataclass(frozen=True)
@@ -47,17 +53,25 @@ class NonlinearSystem:
 
     count: the iterations of the last solution, 0 for an explicit system. solve: the factorization in use; taken: the
     time, and v and displacements (1 + P, n), at which its tangent was taken, if it has one.
+
+    memories: what the internal force remembers, after each commit of the step so far; empty where it remembers nothing.
+    Where it does, each iteration takes its tangent, which is that of a branch: a march then goes on to the bit wherever
+    it is broken. shortened: of all solutions, the corrections that had gone too far. branches: factors for the last
+    sets of slopes of springs.
     """
 
     structure: Model
     system: System
-    internal: InternalForce
+    internal: InternalForce | RememberingForce
     iteration: Iteration
+    memories: list[Memory]
     count: int = 0
+    shortened: int = 0
     solve: Callable[[Array], Array] | None = None
     taken: tuple[float, Array] | None = None
     largest: float = 0.0
     products: dict[str, Matrix] = field(default_factory=dict)
+    branches: OrderedDict[bytes, Callable[[Array], Array]] = field(default_factory=OrderedDict)
     scale = 1.0  # what its loads are divided by
 
     def __post_init__(self) -> None:
@@ -76,7 +90,8 @@ class NonlinearSystem:
     @property
     def tangent(self) -> Tangent | None:
         """The tangent in use, if there is one."""
-        return None if self.taken is None else Tangent(*self.taken, self.largest)
+        kept = self.taken is not None and not self.internal.remembers
+        return Tangent(*self.taken, self.largest) if kept else None
 
     def keep(self, tangent: Tangent) -> None:
         """Go on with a tangent that was in use before."""
@@ -113,7 +128,7 @@ class NonlinearSystem:
         residual = self._residual(X, z, known, t)
         previous, fresh = 0.0, False  # the size of the correction before, 0 if it was another tangent's
         for self.count in range(1, ITERATIONS + 1):
-            if self.solve is None or self.iteration.full:
+            if self.solve is None or self.iteration.full or self.internal.remembers:
                 self.taken = t, np.array([self._at(self.system.velocity, X, z), *self._displacements(X, z)])
                 try:
                     self.solve, fresh = self._factorized(*self.taken), True
@@ -142,14 +157,48 @@ class NonlinearSystem:
     def _moved(
         self, X: Array, z: Array, change: Array, old: Array, known: Array, t: float
     ) -> tuple[Array, Array, Array]:
-        """z + change, the residual there, and the change; halved while a line search finds the residual grown."""
+        """z + change, the residual there, and the change; halved while a line search finds the residual grown.
+
+        With a memory the change is shortened where the residual's work along it says that it has gone too far.
+        """
         residual = self._residual(X, z + change, known, t)
+        if self.internal.remembers:
+            size = abs(float(self._displaced()[self.place])) * float(np.abs(change).max())
+            if size > ROUNDING * self.largest:
+                change, residual = self._not_too_far(X, z, change, old, residual, known, t)
+            return z + change, residual, change
         for _ in range(8 if self.iteration.line_search else 0):
             if dot(residual, residual) <= dot(old, old):  # not where it is NaN
                 break
             change = 0.5 * change
             residual = self._residual(X, z + change, known, t)
         return z + change, residual, change
+
+    def _not_too_far(
+        self, X: Array, z: Array, change: Array, old: Array, residual: Array, known: Array, t: float
+    ) -> tuple[Array, Array]:
+        """The change, and the residual after it, or a part of it where full changes may cycle between two branches.
+
+        Of a structure with positive slopes the residual is the slope of a convex function, and a change goes down it.
+        It has gone too far where the residual's work along it has changed sign and is as large as before: then the
+        part of it is sought for which that work is small, by false position (Illinois).
+        """
+        before, after = dot(change, old), dot(change, residual)
+        if not (before < 0.0 and after > -TOO_FAR * before):
+            return change, residual
+        self.shortened += 1
+        part, low, high, at_low, at_high = 1.0, 0.0, 1.0, before, after
+        for _ in range(SEARCH):
+            part = low - at_low * (high - low) / (at_high - at_low)
+            residual = self._residual(X, z + part * change, known, t)
+            here = dot(change, residual)
+            if abs(here) <= SMALL * abs(before):
+                break
+            if here < 0.0:
+                low, at_low, at_high = part, here, 0.5 * at_high
+            else:
+                high, at_high, at_low = part, here, 0.5 * at_low
+        return part * change, residual
 
     def _displaced(self) -> Array:
         """The row of the displacement that moves most with the unknown."""
@@ -176,8 +225,8 @@ class NonlinearSystem:
         s = self.system
         v = self._at(s.velocity, X, z)
         total = np.zeros(X.shape[1])
-        for w, row in s.forces:
-            total += w * self.internal(t, self._at(row, X, z), v)
+        for force in s.forces:
+            total += force.w * self.internal(t, self._at(force.u, X, z), v, self._recalled(force))
         for w, old, new in s.differences:
             both = self._at(old, X, z), self._at(new, X, z)
             total += w * self.internal.discrete_gradient(t, *both, v, self.structure.M)
@@ -188,20 +237,45 @@ class NonlinearSystem:
 
         Of a discrete gradient the tangent at the midpoint stands for its own.
         """
-        s, j = self.system, self.place
-        found = [self._at(row, X, z) for _, row in s.forces if row[j] != 0.0]
+        s = self.system
+        found = [self._at(force.u, X, z) for force in self._moving]
         found += [0.5 * (self._at(old, X, z) + self._at(new, X, z)) for _, old, new in s.differences]
-        return found or [X[0]]  # where z moves velocities alone
+        return found or [self._at(s.forces[0].u, X, z)]  # where z moves velocities alone
+
+    @cached_property
+    def _moving(self) -> list[Force]:
+        """The forces that move with the unknown."""
+        return [force for force in self.system.forces if force.u[self.place] != 0.0]
+
+    def _recalled(self, force: Force) -> Recalled | None:
+        """What it is taken from, if the internal force has a memory."""
+        return Recalled(self.memories[force.place], force.since) if self.internal.remembers else None
 
     def _factorized(self, t: float = 0.0, at: Array | None = None) -> Callable[[Array], Array]:
+        """The factors of the residual's derivative; of the last few sets of slopes of springs they are kept."""
+        if at is None or not isinstance(self.internal, RememberingForce) or self.internal.material is not None:
+            return self._of_derivative(t, at)
+        forces = self._moving or self.system.forces[:1]
+        found = [self.internal.answer(t, u, at[0], self._recalled(x)) for u, x in zip(at[1:], forces, strict=True)]
+        slopes = b"".join(x.tobytes() for a in found if (q := a.of_springs) is not None for x in (q.tangent, q.damping))
+        if slopes not in self.branches:
+            while len(self.branches) >= BRANCHES:
+                self.branches.popitem(last=False)
+            self.branches[slopes] = self._of_derivative(t, at)
+        self.branches.move_to_end(slopes)
+        return self.branches[slopes]
+
+    def _of_derivative(self, t: float, at: Array | None) -> Callable[[Array], Array]:
         """Of the residual's derivative by z; at: v and `_displacements`, none where the force does not depend on z."""
         s, j = self.system, self.place
         terms = [(float(getattr(s, name)[j]), matrix) for name, matrix in self.products.items()]
         if at is not None:
-            weights = [w * row[j] for w, row in s.forces if row[j] != 0.0]
+            weights = [force.w * force.u[j] for force in self._moving]
             weights += [0.5 * w * new[j] for w, _, new in s.differences]
-            for weight, u in zip(weights or [0.0], at[1:], strict=True):
-                K, C = self.internal.stiffness(t, u, at[0])
+            recalled = [self._recalled(force) for force in self._moving] + [None] * len(s.differences)
+            recalled = recalled or [self._recalled(s.forces[0])]
+            for weight, u, memory in zip(weights or [0.0], at[1:], recalled, strict=True):
+                K, C = self.internal.stiffness(t, u, at[0], memory)
                 terms.append((weight, K))
                 if C is not None:
                     terms.append((float(s.damping[j]), C))

@@ -9,7 +9,7 @@ from ..model.model import Model
 from ..model.rayleigh import Rayleigh
 from ..solvers.low_rank import LowRank
 from ..solvers.matrices import asymmetry, indefinite, is_operator
-from .scheme_plan import start_of, step_of
+from .scheme_plan import start_of, step_of, why_no_memory
 from .velocity import (
     OF_DISPLACEMENTS,
     damped_at_start,
@@ -45,6 +45,8 @@ def require_suited(structure: Model, scheme: Scheme, h: float) -> None:
         require_undamped(structure, one, who)
         systems = step_of(one, h).systems
         if (force := structure.internal) is not None:
+            if force.remembers and (why := why_no_memory(one)):
+                raise ValueError(f"{why}, or a structure without springs and state=")
             if force.potential is None and any(x.differences for x in systems):
                 raise ValueError(
                     f"{who} takes a discrete gradient: expected potential= for this structure, got none; give the "
@@ -57,7 +59,7 @@ def require_suited(structure: Model, scheme: Scheme, h: float) -> None:
                     f"{who} takes the tangent of the internal force: expected tangent= for this structure, got none; "
                     "give it, or take an explicit scheme such as dormand_prince"
                 )
-            if any(takes_damping_at_start(x) for x in every):
+            if any(takes_damping_at_start(x) for x in every) and not force.remembers:
                 require_tangent_by_velocity(structure, who)
             by_stiffness = isinstance(structure.C, Rayleigh) and structure.C.beta != 0.0
             if by_stiffness or any(x.stiffness.any() for x in every):  # else the tangent is Newton's alone
@@ -71,6 +73,20 @@ def require_suited(structure: Model, scheme: Scheme, h: float) -> None:
                 "scheme, such as bathe"
             )
         one = one.starter
+
+
+def require_no_memory(tol: float | None, save: object) -> None:
+    """Raises ValueError for what a structure with a memory does not take: steps of chosen length, and a store."""
+    if tol is not None:
+        raise ValueError(
+            "expected dt for a structure with springs or state=, got tol; the estimates of the local error do not see "
+            "what such a force does between the ends of a step, as yielding and its end: give dt, and halve it"
+        )
+    if save is not None:
+        raise ValueError(
+            "expected save without springs and state=, got both; a store does not hold what they remember: go on with "
+            "start=r.state, which does"
+        )
 
 
 def require_undamped(structure: Model, scheme: Scheme, who: str) -> None:

@@ -13,8 +13,10 @@ from ...core.exports import Histories, History
 from ...core.loads import Load
 from ...core.response import Response
 from ..model.given import Dof
+from ..model.memory import Memory, RememberingForce
 from ..model.model import Model
 from ..model.state_vectors import vectors
+from .spring_histories import SpringHistories, named_rows
 
 
 @dataclass(frozen=True)
@@ -67,10 +69,13 @@ class StructureResponse(Response):
 
     dofs: names or numbers of the k columns. a: the scheme's own acceleration, else from the equation of motion, which
     needs all degrees of freedom. account: None where it was not asked for. On a moving base all is relative to it.
+    springs: what those of the structure did, None without; remembered: what was committed at each row, if anything is.
     """
 
     dofs: "tuple[Dof, ...]" = ()
     account: Account | None = None
+    springs: SpringHistories | None = None
+    remembered: tuple[Memory, ...] = ()
 
     @property
     def structure(self) -> Model:
@@ -89,9 +94,49 @@ class StructureResponse(Response):
                 f"{self.u.shape[1]} of {s.T.shape[0]}; march without dofs and fixed, or take a scheme that carries a"
             )
         order = np.argsort(self._places)  # of the columns, as the structure has its degrees of freedom
-        rows = zip(self.t[1:], np.asarray(self.u)[1:, order], np.asarray(self.v)[1:, order], strict=True)
+        memories = self.remembered or [None] * len(self.t)
+        rows = zip(self.t[1:], np.asarray(self.u)[1:, order], np.asarray(self.v)[1:, order], memories[1:], strict=True)
         first = s.a0 if self.started is None else vectors(s, self.started)[2]
-        return np.array([first, *(s.acceleration(t, u, v) for t, u, v in rows)])[:, self._places]
+        return np.array([first, *(s.acceleration(*row, memory=memory) for *row, memory in rows)])[:, self._places]
+
+    @cached_property
+    def memory(self) -> Mapping[str, Array]:
+        """What was remembered, by name: (n+1, s) of springs, NaN where a law has no such name; (n+1, ...) of states."""
+        force = self.structure.internal
+        return named_rows(force, self.remembered) if isinstance(force, RememberingForce) else {}
+
+    @property
+    def energy_dissipated(self) -> Array:
+        """The energy (n+1,) that all springs have dissipated: see `SpringHistories`, which has it of each.
+
+        Raises AttributeError for a structure without springs.
+        """
+        if self.springs is None:
+            raise AttributeError("expected a structure with springs, which dissipate energy; this one has none")
+        return self.springs.dissipated.sum(axis=1)
+
+    @property
+    def base_shear(self) -> Array:
+        """The force (n+1,) of springs, and of K, on the base, in the direction in which it moves.
+
+        That is iota^T (B^T q + K u), iota the displacements where the base of the structure moves by one, all of them
+        by one where it does not move. Raises ValueError where K holds the structure and not all columns were kept, and
+        AttributeError without springs.
+        """
+        s, force = self.structure, self.structure.internal
+        if self.springs is None or not isinstance(force, RememberingForce) or force.springs is None:
+            raise AttributeError("expected a structure with springs for the base shear; this one has none")
+        iota = s.motions[0][0] if s.motions else np.ones(s.T.shape[0])
+        shear = self.springs.forces @ (force.springs.full @ iota)
+        if s.full_stiffness is None:
+            return shear
+        held = s.full_stiffness.T @ iota
+        if missing := set(np.flatnonzero(held).tolist()) - set(self._places):
+            raise ValueError(
+                f"expected all degrees of freedom that K holds for the base shear, got none of {min(missing)}; march "
+                "without dofs"
+            )
+        return shear + np.asarray(self.u) @ held[self._places]
 
     def at_times(self, times: Array, u: Array) -> dict[str, Any]:
         """The account of energy, linear between the rows, so that it stays in balance."""
@@ -123,6 +168,8 @@ class StructureResponse(Response):
         if self.account is not None:
             energies = {"energy": self.energy, "work": self.account.work, "damped": self.account.damped}
             found |= {name: History(x, "", name) for name, x in energies.items()}
+        if self.springs is not None:
+            found["energy_dissipated"] = History(self.energy_dissipated, "", "energy dissipated by springs")
         return Histories(self.t, found, self.dofs, "dof", self._attrs)
 
     @property
@@ -135,7 +182,7 @@ class StructureResponse(Response):
         s, started = self.structure, self.started
         t = 0.0 if started is None else started.t
         u, v, a = (s.u0, s.v0, s.a0) if started is None else vectors(s, started)
-        return s.T @ (a - s.acceleration(t, u, v))
+        return s.T @ (a - s.acceleration(t, u, v, memory=self.remembered[0] if self.remembered else None))
 
     @property
     def _jumped(self) -> str:

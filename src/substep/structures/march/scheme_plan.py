@@ -4,11 +4,11 @@ The printed plan (see `substep_derive.motion.plan`) names vectors; here each is 
 vectors of the state and of the unknowns of the systems, in the order in which they become known.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,13 +19,31 @@ from ...core.schemes import Scheme
 Row = Mapping[str, float]
 
 
+class Force(NamedTuple):
+    """w N(u), u a row (V,): from what was remembered after `place` commits of the step, the last `since` before, s."""
+
+    w: float
+    u: Array
+    place: int
+    since: float
+
+
+class Commit(NamedTuple):
+    """The end of a sub-step: what the internal force remembers is committed at rows u, v (V,), `since` after the last
+    commit, s."""
+
+    u: Array
+    v: Array
+    since: float
+
+
 @dataclass(frozen=True)
 class System:
-    """M inertia + C damping + K0 stiffness + sum of w N(row) + .. = sum of w f(t_n + tau h), rows (V,).
+    """M inertia + C damping + K0 stiffness + sum of w N(u) + .. = sum of w f(t_n + tau h), rows (V,).
 
     place: of its unknown among the vectors; entries beyond it are 0. balance: whether it is one of the scheme's
-    balances, not a quotient of matrices. forces: pairs (w, row); differences: triples of a discrete gradient between
-    two displacements; loads: pairs (w, tau).
+    balances, not a quotient of matrices. differences: triples of a discrete gradient between two displacements; loads:
+    pairs (w, tau); commits: where sub-steps end with it.
     """
 
     place: int
@@ -33,14 +51,15 @@ class System:
     inertia: Array
     damping: Array
     stiffness: Array
-    forces: tuple[tuple[float, Array], ...]
+    forces: tuple[Force, ...]
     differences: tuple[tuple[float, Array, Array], ...]
     loads: tuple[tuple[float, float], ...]
+    commits: tuple[Commit, ...] = ()
 
     @property
     def displacements(self) -> list[Array]:
         """The rows of the displacements at which it takes the internal force; of a discrete gradient the later one."""
-        return [row for _, row in self.forces] + [row for _, _, row in self.differences]
+        return [force.u for force in self.forces] + [row for _, _, row in self.differences]
 
     @cached_property
     def velocity(self) -> Array:
@@ -48,7 +67,7 @@ class System:
 
         That sum is 1 where the system is a balance as it stands, and -1 where it is the negative of one.
         """
-        total = sum(w for w, _ in self.forces) + sum(w for w, _, _ in self.differences)
+        total = sum(force.w for force in self.forces) + sum(w for w, _, _ in self.differences)
         return self.damping / (round(total, 12) or 1.0)
 
     def moves_force(self, of_velocity: bool) -> bool:
@@ -66,8 +85,8 @@ class System:
     def linear_stiffness(self) -> Array:
         """What K multiplies where the structure is linear; a discrete gradient is then that of the midpoint."""
         total = self.stiffness.copy()
-        for w, row in self.forces:
-            total += w * row
+        for force in self.forces:
+            total += force.w * force.u
         for w, old, new in self.differences:
             total += 0.5 * w * (old + new)
         return total
@@ -77,7 +96,7 @@ class System:
 class Steps:
     """A plan with numbers. given: how many vectors there are before; out: rows of the new state; report: of u, v, a.
 
-    rows: of every vector by its name in the plan.
+    rows: of every vector by its name in the plan. since: from the last commit in the step to its end, s.
     """
 
     given: int
@@ -85,6 +104,7 @@ class Steps:
     out: Array
     report: Array
     rows: Mapping[str, Array]
+    since: float
 
     @property
     def vectors(self) -> int:
@@ -120,13 +140,18 @@ class Steps:
 def step_of(scheme: Scheme, h: float) -> Steps:
     """What a step of length h computes. The scheme's parameters are numbers."""
     module = _module(scheme)
-    return _steps(module.STATE, *module.step(h, *_values(scheme, module)))
+    return _steps(h, module.STATE, *module.step(h, *_values(scheme, module)))
 
 
 def start_of(scheme: Scheme, h: float) -> Steps:
     """What the state at t = 0 is, from u_0, v_0, a_0; for a scheme whose start is a function."""
     module = _module(scheme)
-    return _steps(("u_0", "v_0", "a_0"), *module.start(h, *_values(scheme, module)))
+    return _steps(h, ("u_0", "v_0", "a_0"), *module.start(h, *_values(scheme, module)))
+
+
+def why_no_memory(scheme: Scheme) -> str:
+    """Why the scheme takes no internal force with a memory; empty where it takes one."""
+    return _module(scheme).NO_MEMORY
 
 
 def _values(scheme: Scheme, module: ModuleType) -> list[float]:
@@ -150,10 +175,13 @@ def _committed(name: str) -> ModuleType:
     return module
 
 
-def _steps(given: Sequence[str], operations: Sequence[Any], out: Mapping[str, Row], report: Mapping[str, Row]) -> Steps:
+def _steps(
+    h: float, given: Sequence[str], operations: Sequence[Any], out: Mapping[str, Row], report: Mapping[str, Row]
+) -> Steps:
     unknowns = [name for kind, name, _ in operations if kind == "solve"]
     places = {name: place for place, name in enumerate([*given, *unknowns])}
     rows = dict(zip(places, np.eye(len(places)), strict=True))
+    committed = [(rows["u_0"], 0.0)]  # displacements of a step at which what is remembered was committed, and when
 
     def row(terms: Row) -> Array:
         total = np.zeros(len(places))
@@ -163,6 +191,19 @@ def _steps(given: Sequence[str], operations: Sequence[Any], out: Mapping[str, Ro
             else:
                 total[place] += coefficient
         return total
+
+    def force(w: float, terms: Row, instant: float) -> Force:
+        u = row(terms)
+        last = len(committed) - 1
+        place = next((k for k, (at, _) in enumerate(committed) if np.array_equal(at, u)), last)
+        return Force(float(w), u, place, h * (instant - committed[place][1]) if place == last else 0.0)
+
+    def commits(ends: Sequence[tuple[Row, Row, float]]) -> Iterator[Commit]:
+        for u, v, instant in ends:
+            last = committed[-1][1]
+            if last < instant < 1.0:
+                committed.append((row(u), float(instant)))
+                yield Commit(row(u), row(v), h * (instant - last))
 
     systems = []
     for kind, name, body in operations:
@@ -174,10 +215,11 @@ def _steps(given: Sequence[str], operations: Sequence[Any], out: Mapping[str, Ro
                 len(given) + len(systems),
                 not name.startswith("w_"),
                 *(row(body.get(matrix, {})) for matrix in ("M", "C", "K0")),
-                tuple((float(w), row(u)) for w, u in body.get("N", ())),
+                tuple(force(*term) for term in body.get("N", ())),
                 tuple((float(w), row(old), row(new)) for w, old, new in body.get("N_discrete", ())),
                 tuple((float(w), float(tau)) for w, tau in body.get("f", ())),
+                tuple(commits(body.get("commit", ()))),
             )
         )
     made, reported = (np.reshape([row(r) for r in x.values()], (-1, len(places))) for x in (out, report))
-    return Steps(len(given), tuple(systems), made, reported, rows)
+    return Steps(len(given), tuple(systems), made, reported, rows, h * (1.0 - committed[-1][1]))

@@ -11,6 +11,7 @@ from ...core.arrays import Array
 from ...core.loads import Load, values_at
 from ...core.schemes import Scheme
 from ...run.clock import AT_ZERO, Begin
+from ..model.memory import Memory, Recalled, RememberingForce
 from ..model.model import Model
 from ..solvers.combine import combined
 from .linear import Factors, LinearSystem
@@ -23,7 +24,8 @@ from .velocity import Watch
 class StructureSteps:
     """All systems of a plan on a structure, ready to be solved step by step; repeated: see `Steps`.
 
-    watch: what looks at the internal force after a step, if need be.
+    watch: what looks at the internal force after a step, if need be. memories: what the internal force remembers at the
+    start of the step and after each of its commits so far; empty where it remembers nothing.
     """
 
     run: "Run"
@@ -31,6 +33,7 @@ class StructureSteps:
     systems: tuple[LinearSystem | NonlinearSystem, ...]
     repeated: int | None
     watch: Watch | None
+    memories: list[Memory]
 
     def loads(self, first: int, count: int) -> list[Array]:
         """For each system the sum of w g(t_n + tau h), (count, J), for the J loads and the steps n from `first` on."""
@@ -53,8 +56,13 @@ class StructureSteps:
                 return first.rows
         return np.empty((0, self.steps.given))
 
-    def begin(self, X: Array, state: Array) -> None:
-        """Put the state into X (V, n), and behind it, in the unknowns' places, what the first system takes."""
+    def begin(self, X: Array, state: Array, memory: Memory | None = None) -> None:
+        """Put the state into X (V, n), and behind it, in the unknowns' places, what the first system takes.
+
+        memory: what the internal force remembers there, by default what the run begins with.
+        """
+        if self.run.memory is not None:
+            self.memories[:] = [self.run.memory if memory is None else memory]
         given = self.steps.given
         X[:given] = state
         combined(self.ahead, X[:given], X[given : given + len(self.ahead)])
@@ -64,6 +72,7 @@ class StructureSteps:
 
         The same to the bit as `begin` with that state; a repeated unknown is there already.
         """
+        self.memories[:-1] = []
         combined(self.steps.out, X, after[: self.steps.given + len(self.ahead)], then=self.ahead)
         if self.repeated is not None:
             after[self.steps.given] = X[self.repeated]
@@ -84,6 +93,18 @@ class StructureSteps:
                 load = combined(factors[None], shapes.T)[0] if cases is None else shapes @ (factors[:, None] * cases)
             solver.put(X, load, t, ahead)
             ahead = 0
+            for u, v, since in system.commits if self.memories else ():
+                self._commit(*combined(np.array([u, v]), X), since, t)
+
+    def commit(self, X: Array, t: float) -> None:
+        """Commit what the internal force remembers at the end of a complete step, at the time t, s."""
+        if self.memories:
+            self._commit(*combined(self.steps.report[:2], X), self.steps.since, t)
+
+    def _commit(self, u: Array, v: Array, since: float, t: float) -> None:
+        force = self.run.structure.internal
+        assert isinstance(force, RememberingForce)
+        self.memories.append(force.committed(t, u, v, Recalled(self.memories[-1], since)))
 
     def look(self, X: Array, times: Sequence[float]) -> None:
         """Look at the internal force where the last system of a step, with X complete, has taken it; see `Watch`."""
@@ -98,6 +119,16 @@ class StructureSteps:
         run, n = self.run, np.arange(first, first + count)
         found = [run.begin.time(run.h, n, system.instant) for system in self.steps.systems]
         return np.reshape(found, (-1, count)).T.tolist()
+
+    @property
+    def memory(self) -> Memory | None:
+        """What the internal force remembers, as it was last committed; None where it remembers nothing."""
+        return self.memories[-1] if self.memories else None
+
+    @property
+    def shortened(self) -> int:
+        """How many corrections of Newton's iteration had gone too far in all steps so far, and were shortened."""
+        return sum(solver.shortened for solver in self.systems if isinstance(solver, NonlinearSystem))
 
     @property
     def tangents(self) -> list[Tangent | None]:
@@ -116,7 +147,7 @@ class Run:
 
     cases: L structures that differ in their loads only, which are marched at once: vectors are then (n, L). begin:
     where the steps begin, with rows (S, n) of the state where the scheme does not start anew; start (3, n): u, v, a
-    there, in place of the structure's.
+    there, in place of the structure's; remembered: what its internal force remembers there, in its place too.
     """
 
     structure: Model
@@ -127,6 +158,7 @@ class Run:
     cases: tuple[Model, ...] = ()
     begin: Begin = AT_ZERO
     start: Array | None = None
+    remembered: Memory | None = None
 
     def time(self, steps: Any) -> Any:
         """The time after so many steps, s, a number or an array."""
@@ -150,20 +182,27 @@ class Run:
         whose = [case for case, s in enumerate(self.cases) for _ in s.loads]
         return np.equal.outer(whose, np.arange(len(self.cases))).astype(np.float64)
 
+    @property
+    def memory(self) -> Memory | None:
+        """What the internal force remembers where the steps begin; None where it remembers nothing."""
+        return self.structure.memory0 if self.remembered is None else self.remembered
+
     def prepared(self, steps: Steps) -> StructureSteps:
         """The plan on the structure. Raises ValueError for a singular effective matrix."""
-        repeated = steps.repeated
+        repeated, memories = steps.repeated, list[Memory]()
         systems = tuple(
-            self._system(system, system is steps.systems[-1] and system.place != repeated) for system in steps.systems
+            self._system(system, system is steps.systems[-1] and system.place != repeated, memories)
+            for system in steps.systems
         )
         for solver in systems[-1:]:
             if isinstance(solver, LinearSystem):
                 steps = steps.less(solver.rest)
-        return StructureSteps(self, steps, systems, repeated, Watch.of(self.structure, self.scheme, steps))
+        watch = Watch.of(self.structure, self.scheme, steps)
+        return StructureSteps(self, steps, systems, repeated, watch, memories)
 
-    def _system(self, system: System, last: bool) -> LinearSystem | NonlinearSystem:
+    def _system(self, system: System, last: bool, memories: list[Memory]) -> LinearSystem | NonlinearSystem:
         if self.structure.internal is not None and system.displacements:
-            return NonlinearSystem(self.structure, system, self.structure.internal, self.iteration)
+            return NonlinearSystem(self.structure, system, self.structure.internal, self.iteration, memories)
         return LinearSystem.of(self.structure.at_start, system, last, self.factors, f"a step of {self.scheme.name}")
 
     @property
@@ -191,15 +230,15 @@ class Run:
         start.complete(X, [rows[0] for rows in start.loads(0, 1)], start.times(0, 1)[0])
         return combined(start.steps.out, X)
 
-    def with_acceleration(self, row: Array, t: float) -> Array:
-        """u, v, a (3, n) of a row that may lack a."""
+    def with_acceleration(self, row: Array, t: float, memory: Memory | None) -> Array:
+        """u, v, a (3, n) of a row that may lack a; memory: what the internal force remembers there."""
         if len(row) == 3:
             return row
         if not self.cases:
-            return self._moved(self.structure, t, *row)
+            return self._moved(self.structure, t, *row, memory)
         columns = zip(self.cases, np.moveaxis(row, -1, 0), strict=True)
         return np.stack([self._moved(case, t, *x) for case, x in columns], axis=-1)
 
-    def _moved(self, case: Model, t: float, u: Array, v: Array) -> Array:
+    def _moved(self, case: Model, t: float, u: Array, v: Array, memory: Memory | None = None) -> Array:
         """u, v, a (3, n) under the loads of a case, by the factors of the one structure that all cases are."""
-        return np.array([u, v, self.structure.acceleration(t, u, v, case.force(t))])
+        return np.array([u, v, self.structure.acceleration(t, u, v, case.force(t), memory)])

@@ -53,6 +53,7 @@ def steps_taken(clock: Clock) -> Iterator[Trial]:
     for step in clock.trials():
         try:
             step.march.complete(step.X, step.loads, step.times, advanced=step.advanced)
+            step.march.commit(step.X, step.t)
             counts = clock.accepted(step)
         except NewtonFailed:
             clock.failed(step)

@@ -66,7 +66,7 @@ class Watch:
     def of(cls, structure: Model, scheme: Scheme, steps: Steps) -> "Watch | None":
         """None where there is nothing to look at: a force of u alone, or a scheme that gives it the velocity."""
         force = structure.internal
-        if force is None or force.reads < 2:
+        if force is None or force.remembers or force.reads < 2:
             return None
         if not scheme.info.damping:
             return cls(force, None, scheme.name)

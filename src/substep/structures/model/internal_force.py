@@ -11,6 +11,7 @@ import numpy as np
 from ...core.arrays import Array, dot
 from ...core.errors import float_array, real_number
 from ..solvers.matrices import Matrix, checked, reduced
+from .memory import Recalled
 
 ROUNDING = 64 * np.finfo(np.float64).eps  # of a force, within which two of its values are the same
 
@@ -29,8 +30,9 @@ class InternalForce:
     potential: Callable[..., Any] | None
     kept: list[tuple[float, Array, Array, Array]] = field(default_factory=list, repr=False)
     evaluations: int = 0
+    remembers: bool = False
 
-    def __call__(self, t: float, u: Array, v: Array) -> Array:
+    def __call__(self, t: float, u: Array, v: Array, recalled: Recalled | None = None) -> Array:
         """The internal force. Raises ValueError for a function that returns another shape."""
         for at, old_u, old_v, found in self.kept:
             if (
@@ -67,7 +69,11 @@ class InternalForce:
         added = float(np.abs(self.damping(t, u, v)).max())
         return added > ROUNDING * float(np.abs(self(t, u, v)).max())
 
-    def stiffness(self, t: float, u: Array, v: Array) -> tuple[Matrix, Matrix | None]:
+    def at_start(self, u: Array, v: Array) -> tuple[Matrix, Matrix | None]:
+        """What coefficients of schemes and Rayleigh damping know: `stiffness` at the start."""
+        return self.stiffness(0.0, u, v)
+
+    def stiffness(self, t: float, u: Array, v: Array, recalled: Recalled | None = None) -> tuple[Matrix, Matrix | None]:
         """The derivative of the force by u, and that by v where the user's function gives a pair."""
         assert self.tangent is not None  # schemes that need one were refused without
         found = self._called(self.tangent, t, u, v)

@@ -28,6 +28,7 @@ from ..solvers.matrices import (
 )  # fmt: skip
 from .given import Dof, numbered, place_of
 from .internal_force import InternalForce
+from .memory import Memory, Recalled, RememberingForce
 from .rayleigh import Rayleigh
 
 
@@ -56,7 +57,7 @@ class Model:
     motions: tuple[tuple[Array, Record], ...] = ()
     full_mass: Matrix = None
     full_stiffness: Matrix = None
-    internal: InternalForce | None = None
+    internal: InternalForce | RememberingForce | None = None
     static: bool = False
 
     @property
@@ -79,8 +80,17 @@ class Model:
     @cached_property
     def force_damping(self) -> Matrix | None:
         """The derivative of the internal force by v (n, n) at the start, where its tangent is a pair; else None."""
-        given = self.internal is not None and self.internal.tangent is not None
-        return self.internal.stiffness(0.0, self.u0, self.v0)[1] if given else None  # type: ignore[union-attr]
+        force = self.internal
+        if force is None or force.tangent is None:
+            return None
+        return force.at_start(self.u0, self.v0)[1]
+
+    @cached_property
+    def memory0(self) -> Memory | None:
+        """What the internal force remembers at the start, committed at u0; None where it remembers nothing."""
+        if not isinstance(self.internal, RememberingForce):
+            return None
+        return self.internal.committed(0.0, self.u0, self.v0, Recalled(self.internal.unstrained))
 
     @cached_property
     def at_start(self) -> "Model":
@@ -132,9 +142,9 @@ class Model:
             values[:] = values_at(load, t)
         return found
 
-    def restoring(self, t: float, u: Array, v: Array) -> Array:
-        """The internal force (n,)."""
-        return self.K @ u if self.internal is None else self.internal(t, u, v)
+    def restoring(self, t: float, u: Array, v: Array, recalled: Recalled | None = None) -> Array:
+        """The internal force (n,); recalled: what it remembers, if it does, by default nothing was ever strained."""
+        return self.K @ u if self.internal is None else self.internal(t, u, v, recalled)
 
     @cached_property
     def a0(self) -> Array:
@@ -144,12 +154,17 @@ class Model:
         """
         if self.a0_given is not None:
             return self.a0_given
-        return self.acceleration(0.0, self.u0, self.v0)
+        return self.acceleration(0.0, self.u0, self.v0, memory=self.memory0)
 
-    def acceleration(self, t: float, u: Array, v: Array, force: Array | None = None) -> Array:
-        """Acceleration (n,) from the equation of motion, under the loads or under another force (n,); see `a0`."""
+    def acceleration(
+        self, t: float, u: Array, v: Array, force: Array | None = None, memory: Memory | None = None
+    ) -> Array:
+        """Acceleration (n,) from the equation of motion, under the loads or under another force (n,); see `a0`.
+
+        memory: what the internal force remembers, committed there, if it does.
+        """
         force = self.force(t) if force is None else force
-        held = self.restoring(t, u, v)
+        held = self.restoring(t, u, v, None if memory is None else Recalled(memory))
         right = force - held - (self.damping @ v if self.C is not None else 0.0)
         s = self.massless
         if not len(s):

@@ -1,0 +1,182 @@
+"""Laws as they are declared: right, or refused with the reason; and what a handle of one computes."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hysteresis import Oscillator, exact, half_sine
+from plain_kernels import plain_adaptive, text_of, uncompiled
+from substep_derive import DeclarationError, Law, before, e, e_dot, elapsed, required
+from substep_derive.declare.catalogue import find
+from substep_derive.declare.laws import ALL
+from substep_derive.declare.laws.plastic import bilinear
+from substep_derive.declare.scenes.hysteretic import hysteretic_oscillator
+from substep_derive.kernels.body import Body
+from substep_derive.motion.equations import EquationsOfMotion
+from sympy import Interval, Max, Min, Piecewise, Symbol
+
+import substep as ss
+from substep.core import laws
+from substep.derived.modules import own_law_module, uncommitted_pair
+from substep.marching import adaptive, scene_lanes
+
+k, q_y, alpha, p, u = (Symbol(name) for name in ("k", "q_y", "alpha", "p", "u"))
+PARAMETERS = (required(k), required(q_y))
+# parameters of each law of the catalogue, for one spring
+GIVEN: dict[str, dict[str, float]] = {
+    "linear": {"k": 3.0},
+    "multilinear": {"k": 10.0, "e_1": 0.1, "k_2": 2.0, "e_2": 0.2, "k_3": 5.0},
+    "bilinear": {"k": 10.0, "q_y": 1.0, "alpha": 0.1},
+    "isotropic_bilinear": {"k": 10.0, "q_y": 1.0, "alpha": 0.1},
+    "coulomb": {"stiffness": 1e3, "q_y": 1.0},
+    "slip": {"stiffness": 10.0, "q_y": 1.0, "gap": 0.05},
+    "clough": {"k": 10.0, "q_y": 1.0, "alpha": 0.1},
+    "bouc_wen": {"k": 10.0, "q_y": 1.0, "alpha": 0.1, "n": 1.5},
+    "power_damper": {"c": 2.0, "exponent": 0.5},
+    "maxwell": {"stiffness": 10.0, "c": 2.0},
+}
+
+
+@pytest.fixture(autouse=True)
+def plainly(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Modules as plain Python functions."""
+    monkeypatch.setattr(
+        scene_lanes,
+        "pair_kernels",
+        lambda scene, scheme: uncompiled(text_of(uncommitted_pair(scheme.name, scene.info.source))),
+    )
+    monkeypatch.setattr(adaptive, "_kernels", plain_adaptive)
+    monkeypatch.setattr("substep.derived.modules.own_law_module", lambda law: uncompiled(text_of(own_law_module(law))))
+    monkeypatch.setattr(laws, "TRIED", 5)
+    laws.tried.cache_clear()
+
+
+def test_the_table_is_complete() -> None:
+    assert set(GIVEN) == set(ss.laws()) == {law.name for law in ALL}
+
+
+@pytest.mark.parametrize("law", ALL, ids=lambda law: law.name)
+def test_laws_of_the_catalogue_pass_the_trial_of_a_users_own(law: Law) -> None:
+    laws.tried(law)
+
+
+def own(**said: Any) -> Law:
+    return Law("own", **{"parameters": PARAMETERS, "memory": {p: 0}, "update": {p: e}, "force": k * (e - p), **said})
+
+
+@pytest.mark.parametrize(
+    ("said", "match"),
+    [
+        ({"force": k * Symbol("x")}, "the force holds 'x', expected only e, e_dot, k, p, q_y"),
+        ({"update": {}}, "memory and update for the same symbols, got only one of both for 'p'"),
+        ({"update": {p: e_dot}}, "the update of p holds 'e_dot'"),
+        ({"stored": before(p)}, "the stored energy holds 'p_before'"),
+        ({"memory": {p: e}}, "the start of p holds 'e'"),
+        (
+            {"memory": {Symbol("u"): 0}, "update": {Symbol("u"): e}, "force": k * e},
+            "memory whose name is free, got 'u'",
+        ),
+        ({"memory": {k: 0}, "update": {k: e}}, "got 'k' twice; rename one"),
+        ({"force": k * e_dot, "dissipated": k * (p - before(p))}, "no account of what a force of the rate dissipates"),
+    ],
+)
+def test_what_defines_no_law_is_refused(said: Any, match: str) -> None:
+    with pytest.raises(DeclarationError, match=match):
+        own(**said)
+
+
+def test_what_the_time_alone_changes_is_a_law() -> None:
+    """Once more at once nothing changes."""
+    assert ss.law(own(update={p: p + elapsed}), k=1.0, q_y=1.0).memory == ("p",)
+
+
+@pytest.mark.parametrize(
+    ("said", "match"),
+    [
+        ({"update": {p: p + (e - p) / 2}}, "an update that commits to itself: .* another memory at e = "),
+        (
+            {"force": k * e + Piecewise((q_y, e > p), (0, True)), "update": {p: p}},
+            "a force that is continuous in the elongation, got a jump from .*; close it by a stiff branch",
+        ),
+    ],
+)
+def test_what_the_trial_finds_is_refused(said: Any, match: str) -> None:
+    with pytest.raises(ValueError, match=match):
+        ss.law(own(**said), k=1.0, q_y=1.0)
+    with pytest.raises(ValueError, match=match):
+        ss.scene("hysteretic_oscillator", law=own(**said), omega=1.0, strength=1.0)
+
+
+def test_a_law_of_ones_own_is_that_of_the_catalogue() -> None:
+    """The declaration of a textbook, with SymPy's own Max and Min."""
+    steel = Law(
+        "steel",
+        parameters=(*PARAMETERS, required(alpha, Interval.Ropen(0, 1))),
+        memory={p: 0},
+        update={p: e - Max(-q_y / k, Min(q_y / k, e - p))},
+        force=alpha * k * e + (1 - alpha) * k * (e - p),
+    )
+    path = np.cumsum(np.random.default_rng(0).normal(size=40)) * 0.1
+    given = {"k": 10.0, "q_y": 0.7, "alpha": 0.2}
+    assert ss.law(steel, **given).loop(path)[0] == pytest.approx(ss.law("bilinear", **given).loop(path)[0], abs=1e-13)
+    load = ss.HalfSine(4.0, 0.6)
+    of = {"omega": 3.0, "xi": 0.02, "strength": 0.7, "hardening": 0.2, "load": load}
+    mine, its = (ss.march(ss.scene("hysteretic_oscillator", law=law, **of), "bathe", dt=0.05, t_end=2.0)
+                 for law in (steel, "bilinear"))  # fmt: skip
+    assert mine.u == pytest.approx(its.u, abs=1e-13)
+
+
+@pytest.mark.parametrize("name", GIVEN)
+def test_slopes_are_those_of_the_force(name: str) -> None:
+    """By differences, away from the bends, which few of the points are near."""
+    law, rng, d = ss.law(name, **GIVEN[name]), np.random.default_rng(1), 1e-7
+    memory = law.evaluate(rng.normal(size=50) * 0.2).memory
+    x, v = rng.normal(size=50) * 0.3, rng.normal(size=50)
+    at = law.evaluate(x, v, memory, 0.1)
+    by_e = (law.evaluate(x + d, v, memory, 0.1).force - law.evaluate(x - d, v, memory, 0.1).force) / (2 * d)
+    by_v = (law.evaluate(x, v + d, memory, 0.1).force - law.evaluate(x, v - d, memory, 0.1).force) / (2 * d)
+    assert np.isclose(at.tangent, by_e, rtol=1e-5, atol=1e-5).mean() > 0.95
+    assert np.isclose(at.damping, by_v, rtol=1e-4, atol=1e-4).mean() > 0.95
+    assert law.of_rate == bool(at.damping.any())
+
+
+def test_a_softening_law_fails_where_the_effective_stiffness_vanishes() -> None:
+    """With a short step it falls as the law says; with a long one no branch has a root, and the state is kept."""
+    soft = Law(
+        "softening_steel",
+        parameters=(*PARAMETERS, required(alpha, Interval(-10, 1))),
+        memory={p: 0},
+        update={p: Max(e - q_y / k, Min(e + q_y / k, p))},
+        force=alpha * k * e + (1 - alpha) * k * (e - p),
+    )
+    falls = ss.scene(
+        "hysteretic_oscillator", law=soft, omega=6.28, strength=1.0, hardening=-2.0, load=ss.HalfSine(4.0, 0.6)
+    )
+    with np.errstate(all="ignore"):
+        short, long = (ss.march(falls, "average_acceleration", dt=dt, t_end=1.0) for dt in (0.01, 0.5))
+    assert short.status == "completed"
+    assert short.u[-1, 0] > 10.0
+    assert (long.status, long.t_failed, len(long.u)) == ("non_finite", 0.5, 1)
+
+
+def test_schemes_that_take_no_law_say_why() -> None:
+    with pytest.raises(DeclarationError, match="energy_momentum takes the internal force as a discrete gradient"):
+        Body.of(find("energy_momentum"), EquationsOfMotion(hysteretic_oscillator(bilinear)))
+
+
+@pytest.mark.parametrize("scheme", ["average_acceleration", "dormand_prince"])
+def test_chosen_steps_see_yielding_and_reversals(scheme: str) -> None:
+    """Errors against the exact motion follow the tolerance, also where an elongation turns back within a step."""
+    of, push = Oscillator(2 * np.pi, 0.05, 1.0), half_sine(4.0, 0.6)
+    wanted = exact(of, push, 2.0, 0.0, 0.0).at(2.0)[:3, 0]
+    model = ss.scene("hysteretic_oscillator", omega=of.omega, xi=of.xi, strength=1.0, load=ss.HalfSine(4.0, 0.6))
+    for tol in (1e-4, 1e-6):
+        r = ss.march(model, scheme, tol=tol, t_end=2.0)
+        found = np.array([r.u[-1, 0], r.v[-1, 0], r.memory["p"][-1]])
+        assert np.abs(found - wanted).max() < 20 * tol ** (2 / 3 if scheme == "average_acceleration" else 1.0)
+        assert r.statistics
+        assert r.statistics.rejected > 0
+    times = [0.1, 0.35, 0.9, 2.0]
+    gridded = ss.march(model, scheme, tol=1e-6, t_end=2.0, grid=times)
+    p_exact = [exact(of, push, t, 0.0, 0.0).at(t)[2, 0] for t in times]
+    assert gridded.memory["p"] == pytest.approx(p_exact, abs=2e-3)
