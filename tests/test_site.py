@@ -88,6 +88,12 @@ def test_the_text_of_a_declaration_declares_it(name: str) -> None:
     assert [digest(value) for value in made] == [digest(known[name])]
 
 
+def test_a_scene_with_a_law_has_a_page_with_its_motion(tmp_path: Path) -> None:
+    text = scenes.page("hysteretic_oscillator", tmp_path)
+    assert "Half a sine" in text
+    assert (tmp_path / "hysteretic_oscillator.svg").exists()
+
+
 def test_what_is_not_declared_has_no_text() -> None:
     with pytest.raises(LookupError, match="expected a declaration of substep_derive.declare.schemes, got duffing"):
         declaration(SCENE_BY_NAME["duffing"], scheme_package)
