@@ -15,7 +15,7 @@ from declared import BY_NAME, NAMES
 from manual import ledger, markdown, notebooks, picture, reference, scenes, schemes
 from manual.declarations import declaration
 from matplotlib.figure import Figure
-from plain_kernels import SCENE_BY_NAME
+from plain_kernels import SCENE_BY_NAME, WITH_LAWS
 from substep_derive import certify
 from substep_derive.declare import scenes as scene_package
 from substep_derive.declare import schemes as scheme_package
@@ -74,8 +74,9 @@ def test_every_scheme_scene_and_notebook_has_a_page() -> None:
 @pytest.mark.parametrize("name", [*NAMES, *ss.scenes()])
 def test_the_text_of_a_declaration_declares_it(name: str) -> None:
     """Run in a module that has only what the declaring module imports, it gives an equal declaration."""
+    scenes_known = SCENE_BY_NAME | WITH_LAWS
     known, package, digest = (
-        (BY_NAME, scheme_package, scheme_digest) if name in NAMES else (SCENE_BY_NAME, scene_package, scene_digest)
+        (BY_NAME, scheme_package, scheme_digest) if name in NAMES else (scenes_known, scene_package, scene_digest)
     )
     path, source = declaration(known[name], package)
     text = (ROOT / path).read_text(encoding="utf-8")
@@ -85,6 +86,12 @@ def test_the_text_of_a_declaration_declares_it(name: str) -> None:
     exec("\n".join([*imported, source]), names)
     made = [value for value in names.values() if type(value) is type(known[name]) and value.name == name]
     assert [digest(value) for value in made] == [digest(known[name])]
+
+
+def test_a_scene_with_a_law_has_a_page_with_its_motion(tmp_path: Path) -> None:
+    text = scenes.page("hysteretic_oscillator", tmp_path)
+    assert "Half a sine" in text
+    assert (tmp_path / "hysteretic_oscillator.svg").exists()
 
 
 def test_what_is_not_declared_has_no_text() -> None:

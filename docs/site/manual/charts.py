@@ -5,6 +5,7 @@ from matplotlib.figure import Figure
 from sympy import Symbol, latex
 
 import substep as ss
+from substep.core.scenes import scene_info
 from substep.core.style import COLOURS, styled
 from substep.figures.charts import stability_figure
 from substep.studies.precision.cases import CASES, FURTHER
@@ -44,9 +45,13 @@ def stability(name: str) -> Figure:
 def motion(name: str) -> tuple[Figure, Reference, str]:
     """Coordinates and energy of a scene over time, the motion that is drawn, and a remark on it."""
     case = next((case for case in (*CASES, *FURTHER) if case.make().name == name), None)
-    scene = case.make() if case else ss.scene(name)
-    t_end = case.t_end if case else TURNS * 2 * np.pi / float(abs(scene.v0[0]))
-    found = reference(scene, t_end, SAMPLES, 1e-9)
+    if scene_info(name, {}).memory:
+        found, title = yielding(name), "Half a sine of 40 m/s² and 0.8 s, which makes it yield"
+    else:
+        scene = case.make() if case else ss.scene(name)
+        t_end = case.t_end if case else TURNS * 2 * np.pi / float(abs(scene.v0[0]))
+        found, title = reference(scene, t_end, SAMPLES, 1e-9), case.title if case else f"{TURNS} turns"
+    scene = found.scene
     figure = Figure(figsize=(9, 3.4))
     (unit,) = {unit for _, unit in scene.coordinates}
     only = f" ${latex(Symbol(scene.coordinates[0][0]))}$" if len(scene.coordinates) == 1 else "s"
@@ -57,4 +62,11 @@ def motion(name: str) -> tuple[Figure, Reference, str]:
         axes.set(xlabel="time $t$ (s)", ylabel=what)
     if len(scene.coordinates) > 1:
         figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
-    return figure, found, case.title if case else f"{TURNS} turns"
+    return figure, found, title
+
+
+def yielding(name: str) -> Reference:
+    """An oscillator with a law under a pulse, in steps that are fine for what is drawn."""
+    scene = ss.scene(name, omega=2 * np.pi, xi=0.05, strength=15.0, hardening=0.1, load=ss.HalfSine(40.0, 0.8))
+    r = ss.march(scene, COMPARED, dt=4.0 / SAMPLES, t_end=4.0)
+    return Reference(scene, r.t, r.u, r.v, r.a, np.nan, f"{COMPARED} in {SAMPLES} steps")

@@ -16,6 +16,10 @@ u, u0, v0 = (Symbol(name) for name in ("u", "u0", "v0"))
 IN_WORDS = {"q_y": "strength", "alpha": "hardening"}  # a law's parameters as they are called here
 
 
+def _renamed(default: Any, names: dict[Symbol, Symbol]) -> Any:
+    return None if default is None else default.subs(names, simultaneous=True)
+
+
 @cache
 def hysteretic_oscillator(law: Law) -> Scene:
     """The oscillator with this law. A law with a parameter k is its spring, k = omega^2; any other acts beside it.
@@ -49,8 +53,6 @@ def hysteretic_oscillator(law: Law) -> Scene:
     )
 
 
-def _renamed(default: Any, names: dict[Symbol, Symbol]) -> Any:
-    return None if default is None else default.subs(names, simultaneous=True)
+yielding = hysteretic_oscillator(bilinear)
 
-
-ALL = (hysteretic_oscillator(bilinear),)
+ALL = (yielding,)
