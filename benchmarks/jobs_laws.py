@@ -92,10 +92,10 @@ def _lanes(found: Job, lanes: int, rounds: int) -> Table:
     of = {"u": "last u against substep's, of the largest", "energy": "dissipated energy against substep's"}
     table = Table(f"{lanes} lanes", "lane-step", measure(rows, rounds), of)
     text = f"bilinear, {lanes} lanes: "
-    march, elastic = "substep, the kernel in it", "substep, elastic, peaks of u, v, a"
+    fused, elastic = "substep, the kernel in it", "substep, elastic, peaks of u, v, a"
     for row in ("C, the printed step", "C, with energies"):
-        found.compare(table, text + f"the kernel / {row}", march, row, "<=", BESIDE_C)
-    found.compare(table, text + "substep / the kernel in it", "substep", march, "<=", 1.5)
+        found.compare(table, text + f"the kernel / {row}", fused, row, "<=", BESIDE_C)
+    found.compare(table, text + "substep / the kernel in it", "substep", fused, "<=", 1.5)
     found.compare(table, text + "substep / elastic spectrum", "substep", elastic, "<=", 3.0)
     found.compare(table, text + "peaks of |u| / elastic spectrum", PEAKS, elastic, "<=", 3.0)
     if lanes == LANES[1]:
