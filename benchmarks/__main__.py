@@ -15,6 +15,7 @@ from . import (
     jobs_commands,
     jobs_compiling,
     jobs_cores,
+    jobs_laws,
     jobs_modes,
     jobs_pendulum,
     jobs_schemes,
@@ -44,6 +45,7 @@ JOBS = (
     jobs_structures,
     jobs_modes,
     jobs_choice,
+    jobs_laws,
 )
 NAMES = tuple(module.NAME for module in JOBS)
 

@@ -9,12 +9,15 @@ from numpy.typing import NDArray
 
 import substep as ss
 from substep.core.errors import real_array
+from substep.core.kernel_modules import printed
 from substep.core.scenes import checked_parameters, make_scene, scene_info
 from substep.exact.oscillator import exact_peaks
+from substep.ground_motion import yielding
+from substep.ground_motion.yielding import Yielding
 from substep.marching import linear
 from substep.marching.linear import march_linear
 from substep.marching.oscillators import Oscillators
-from substep.marching.scene_lanes import Lanes, march_lanes
+from substep.marching.scene_lanes import Lanes, march_lanes, pair_kernels
 
 from .linear import scheme
 
@@ -83,6 +86,50 @@ def scene_of_lanes(name: str, **parameters: Array) -> ss.Scene:
     """A scene whose parameters are arrays, one value a lane, as a sweep makes it."""
     info = scene_info(name, {})
     return make_scene(info, checked_parameters(info, parameters, real_array), a0=None, load=None)
+
+
+def _bilinear(omegas: Array, xi: float, strengths: Array, hardening: float, load: ss.Record) -> ss.Scene:
+    same = np.ones(len(omegas))
+    given = {"omega": omegas, "xi": xi * same, "strength": strengths, "hardening": hardening * same}
+    info = scene_info("hysteretic_oscillator", {})
+    return make_scene(info, checked_parameters(info, given, real_array), a0=None, load=load)
+
+
+def bilinear(omegas: Array, xi: float, strengths: Array, hardening: float, load: ss.Record) -> Lanes:
+    """Oscillators with a bilinear spring, from rest, by average acceleration: their last state and their energy."""
+    P, n = len(omegas), len(load.samples) - 1
+    scene = _bilinear(omegas, xi, strengths, hardening, load)
+    return march_lanes(scene, scheme("average_acceleration"), np.full(P, load.dt), np.full(P, n))
+
+
+def bilinear_kernel(
+    omegas: Array, xi: float, strengths: Array, hardening: float, load: ss.Record
+) -> Callable[[], Array]:
+    """The same under a load that starts at 0, prepared once: a call runs the kernel alone and gives the last u."""
+    P, n, scene = len(omegas), len(load.samples) - 1, _bilinear(omegas, xi, strengths, hardening, load)
+    module = pair_kernels(scene, scheme("average_acceleration"))
+    rows = len(module.STATE) + len(scene.info.memory)
+    arrays = {
+        **{name: np.broadcast_to(x, P).astype(float) for name, x in printed(scene.parameters).items()},
+        **{"h": np.full(P, load.dt), "bound": np.full(P, np.inf), "n": np.full(P, n), "first": 0, "stride": 1},
+        **{"state": np.zeros((P, rows, 1)), "out": np.zeros((P, 0, rows, 1)), "forces": load.samples[None, 1:, None]},
+        **{"peak": np.empty(P), "n_done": np.empty(P, np.int64), "status": np.empty(P, np.int64)},
+    }
+    given = [arrays[name] for name in module.ARGUMENTS]
+
+    def march() -> Array:
+        arrays["state"][:] = 0.0
+        module.march_block(*given)
+        return arrays["state"][:, 0, 0]
+
+    return march
+
+
+def yielding_peaks(omegas: Array, xi: float, strengths: Array, hardening: float, load: ss.Record) -> Array:
+    """Peak |u| (lanes,) of the same: what a spectrum of constant ductility marches to find its strengths."""
+    ground = ss.Record(load.dt, -load.samples)
+    of = Yielding(omegas, np.full(len(omegas), xi), strengths, hardening, "bilinear")
+    return yielding.peaks(scheme("average_acceleration"), of, ground)
 
 
 def single_run(name: str, scene: ss.Scene, dt: float, n: int) -> tuple[Array, Array, Array]:

@@ -22,10 +22,15 @@ OPENSEES = {
 
 
 class OpenSees:
-    """One mass on a spring and a dashpot in openseespy, marched from rest."""
+    """One mass on a spring and a dashpot in openseespy, marched from rest.
 
-    def __init__(self, integrator: str, omega: float, xi: float, record: Array, dt: float):
-        self.ops = peer("openseespy.opensees")
+    material: of the spring, its name and arguments, solved for with Newton; by default it is elastic.
+    """
+
+    def __init__(
+        self, integrator: str, omega: float, xi: float, record: Array, dt: float, material: tuple[Any, ...] = ()
+    ):  # fmt: skip
+        self.ops, self.material = peer("openseespy.opensees"), material
         self.integrator, self.oscillator = integrator, (omega, xi)
         self.record, self.dt = [float(x) for x in record], dt
 
@@ -37,8 +42,12 @@ class OpenSees:
         ops.node(2, 0.0)
         ops.fix(1, 1)
         ops.mass(2, 1.0)
-        ops.uniaxialMaterial("Elastic", 1, omega**2, 2 * xi * omega)
+        ops.uniaxialMaterial("Elastic", 1, 0.0 if self.material else omega**2, 2 * xi * omega)
         ops.element("zeroLength", 1, 1, 2, "-mat", 1, "-dir", 1)
+        if self.material:
+            name, *arguments = self.material
+            ops.uniaxialMaterial(name, 2, *arguments)
+            ops.element("zeroLength", 2, 1, 2, "-mat", 2, "-dir", 1)
         ops.timeSeries("Path", 1, "-dt", self.dt, "-values", *self.record)
         ops.pattern("Plain", 1, 1)
         ops.load(2, 1.0)
@@ -46,7 +55,7 @@ class OpenSees:
         ops.numberer("Plain")
         ops.system("BandGeneral")
         ops.test("NormDispIncr", 1e-14, 10)
-        ops.algorithm("Linear")
+        ops.algorithm("Newton" if self.material else "Linear")
         ops.integrator(self.integrator, *OPENSEES[self.integrator])
         ops.analysis("Transient")
 

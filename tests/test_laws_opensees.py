@@ -272,6 +272,28 @@ def test_bouc_wen_differs_by_the_error_of_opensees_which_halves_with_the_step(n:
     assert np.abs(found[4] - extrapolated).max() < differ[2] / 10
 
 
+# u after 1, 2, 20 steps of OpenSees from rest under a load of 1 m/s^2 that begins with the first step
+FROM_REST = {
+    0.1: [1.6465608243571296e-05, 8.111284811450207e-05, 0.006470116636694527],
+    0.3: [2.1969222494798047e-05, 0.00010838311374749532, 0.008619987633381615],
+    0.5: [2.386936912367808e-05, 0.00011822968742057167, 0.009732796209765136],
+}
+
+
+@pytest.mark.xfail(
+    strict=True, reason="where the slope is infinite, at rest, Newton's first correction is tiny and taken for the last"
+)
+@pytest.mark.parametrize("exponent", FROM_REST)
+def test_a_damper_of_a_power_below_1_lets_go_from_rest(exponent: float) -> None:
+    """The displacements of OpenSees, and the balance of forces at every step."""
+    c, n, load = 0.6, 20, ss.Record(DT, [0.0] + 20 * [1.0])
+    scene = ss.scene("hysteretic_oscillator", law="power_damper", omega=OMEGA, c=c, exponent=exponent, load=load)
+    r = ss.march(scene, "average_acceleration", dt=DT, t_end=n * DT)
+    u, v, a = (x[1:, 0] for x in (r.u, r.v, r.a))
+    assert np.abs(a + OMEGA**2 * u + c * np.sign(v) * np.abs(v) ** exponent - 1.0).max() < 1e-9
+    assert u[[0, 1, 19]] == pytest.approx(FROM_REST[exponent], rel=1e-10)
+
+
 @pytest.fixture(scope="module")
 def child() -> Iterator[Executor]:
     if not find_spec("openseespy"):

@@ -165,6 +165,15 @@ def companion_peaks(coefficients: Array, f: Array, peak: Array) -> Array:
     return peak
 
 
+def bilinear(way: str, numbers: Array, loads: Array, out: Array) -> Array:
+    """Oscillators with a bilinear spring from rest, into out (6, lanes), 16 | lanes; loads (n,), the rest as in laws.c.
+
+    way: "bilinear" or "bilinear_energy", numbers (5, lanes), or "bilinear_printed", numbers (12, lanes).
+    """
+    _call(getattr(library("laws.c"), way), numbers.shape[1], len(loads), numbers, loads, out)
+    return out
+
+
 def single_run(
     D: Array, B0: Array, B1: Array, damping: float, stiffness: float, f: Array, out: Array, *, increment: bool = False
 ) -> Array:
