@@ -24,6 +24,7 @@ from .emit.stability_module import eigenvalues_module, errors_module, stability_
 from .emit.stamp import stamped
 from .emit.templates.combinations import COMBINATIONS
 from .emit.templates.loads import LOADS
+from .emit.templates.plan import PLANS
 from .emit.templates.step_control import STEP_CONTROL, STEP_CONTROL_HEADER
 from .kernels.march_shape import Shape, loads_for, shape_name
 from .kernels.scheme import SchemeKernels
@@ -70,6 +71,7 @@ def package(schemes: Iterable[Scheme], scenes: Iterable[Scene]) -> dict[str, str
         if scheme in kernels and scene in motions
     }
     modules |= {f"{folder}/__init__": PACKAGE for folder in {name.partition("/")[0] for name in modules if "/" in name}}
+    modules["plans/__init__"] = PLANS
     texts = {f"{name}.py": text for name, text in {"__init__": PACKAGE, **modules}.items()}
     counted = {name: text for name, text in texts.items() if not name.startswith("plans/")}
     return stamped({**texts, "operations.md": operations_table(counted)})

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from types import MappingProxyType, ModuleType
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import Array, Values, by_value
 from .entries import SceneInfo
+from .equilibrium import equilibrium
 from .errors import called_as, real_array, real_number, unknown_name
 from .kernel_modules import loaded
 from .laws import LAWS, tried
@@ -234,42 +234,8 @@ def scene(
     if info.oscillator and not meant and "xi" in values:
         require_ratio(f"xi of {info.name}", values["xi"])
     if static:
-        values["u0"] = _equilibrium(make_scene(info, values, a0, load))
+        values["u0"] = equilibrium(make_scene(info, values, a0, load))
     return make_scene(info, values, a0, load)
-
-
-def _equilibrium(scene: Scene) -> float:
-    """The displacement nearest to 0 at which a scene of one coordinate stays at rest under its load at t = 0.
-
-    Raises ValueError for more coordinates, and where the iteration finds none.
-    """
-    from scipy.optimize import root_scalar  # noqa: PLC0415  # pyright: ignore
-
-    if scene.u0.shape != (1,):
-        raise ValueError(
-            f"expected u0='static' for a scene of one coordinate, got {len(scene.u0)} of {scene.name}; give the "
-            "displacements, or march from start={'u': ..., 'v': ...}"
-        )
-
-    given = scene.info.unstrained
-    unstrained = None if given is None else np.array([given(*scene.parameters.values())])
-
-    def acceleration(u: float) -> float:
-        at = np.array([[u]])
-        memory = None if unstrained is None else scene.committed(at, unstrained)
-        return float(scene.acceleration(np.zeros(1), at, np.zeros((1, 1)), memory)[0, 0])
-
-    if (loaded := acceleration(0.0)) == 0.0:
-        return 0.0
-    x1 = 1e-3 * scene.length
-    while acceleration(x1) == loaded and x1 < 1e100:  # too short to be felt beside the load
-        x1 *= 1e3
-    found: Any = cast("Callable[..., Any]", root_scalar)(acceleration, x0=0.0, x1=x1, xtol=1e-14, rtol=4e-15)
-    if not found.converged or not math.isfinite(found.root):
-        raise ValueError(
-            f"expected a displacement at which {scene.name} stays at rest, found none; give u0 as a number"
-        )
-    return float(found.root)
 
 
 def arguments_of(info: SceneInfo) -> tuple[str, ...]:
