@@ -280,9 +280,6 @@ FROM_REST = {
 }
 
 
-@pytest.mark.xfail(
-    strict=True, reason="where the slope is infinite, at rest, Newton's first correction is tiny and taken for the last"
-)
 @pytest.mark.parametrize("exponent", FROM_REST)
 def test_a_damper_of_a_power_below_1_lets_go_from_rest(exponent: float) -> None:
     """The displacements of OpenSees, and the balance of forces at every step."""

@@ -155,14 +155,15 @@ def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
         residual = w.hoisted(still + by_rate + w.vector(force))
         return BalanceStep(k, z, before, [], residual, slope, w.inverse(slope), None, Integer(0), after, free)
     mixed, forces, known, by_z = _moving_force(w, stage, reach)
-    forces, by_z = forces + by_rate, by_z + rate_slope
-    per_mass = _per_mass(w.motion)
-    slope, forces, by_z, still = (_scaled(w, per_mass, matrix) for matrix in (slope, forces, by_z, still + known))
+    per_mass, of_rate = _per_mass(w.motion), not rate_slope.is_zero_matrix
+    slope, plain, forces, by_z, still = (
+        _scaled(w, per_mass, matrix) for matrix in (slope, forces, forces + by_rate, by_z + rate_slope, still + known)
+    )
     rest = w.hoisted(still)
-    residual = slope * z + forces
+    residual, begun = slope * z + forces, plain
     if any(e != 0 for e in rest):
         before += assign(w.components(Symbol("r")), rest)
-        residual += w.components(Symbol("r"))
+        residual, begun = residual + w.components(Symbol("r")), begun + w.components(Symbol("r"))
     if w.motion.scene.laws and w.size == 1:
         at = residual.subs(dict(mixed)).subs(dict(reached))[0]
         if (found := root(at, z[0], w)) is not None:
@@ -170,13 +171,12 @@ def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
             return BalanceStep(
                 k, z, before, [], residual, slope, elastic, None, Integer(0), after, free, solved=[(z[0], found)]
             )
-    if reach:
-        unknown, c_u = next(iter(reach.items()))
-        one_over = w.reciprocal(solved(unknown)[0].diff(z[0]), c_u)
+    c_u = next(iter(reach.values()), h * stage.c_v)  # where only the velocity moves, what it would do to u
+    if of_rate:  # as if there were no such force, since its slope at rest may have no bound
+        first = -w.inverse(slope) * w.hoisted(begun.subs(dict(mixed)).subs(dict(reached)).subs(at_zero))
+    else:
+        one_over = w.reciprocal(solved(next(iter(reach)))[0].diff(z[0]), c_u)
         first = (w.components(last) - w.components(predicted(0))) * one_over
-    else:  # only the velocity moves: from the acceleration without the force that depends on it
-        c_u = h * stage.c_v
-        first = -w.inverse(slope) * w.components(Symbol("r")) if any(e != 0 for e in rest) else zeros(w.size, 1)
     bends = bool(w.motion.scene.laws) and w.size == 1
     return BalanceStep(
         k, z, before, reached + mixed, w.hoisted(residual), w.hoisted(slope + by_z), Matrix(), first, c_u, after, slope,
