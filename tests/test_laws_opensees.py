@@ -1,13 +1,15 @@
 """Oscillators with laws beside OpenSees' own materials: the same scheme, step and load; histories, not peaks.
 
-RECORDED and WITH_BOUC_WEN are what `opensees` below found with openseespy 3.7.1.2 (OpenSees 3.7.1), to all digits, so
-that the comparison does not need it; where it is installed, its answers are held against the numbers recorded.
-OpenSees runs in a process of its own, as it crashes where MKL was loaded before it.
+RECORDED, WITH_BOUC_WEN and CHAIN are what the models below found with openseespy 3.7.1.2 (OpenSees 3.7.1), to all
+digits, so that the comparison does not need it; `python tests/test_laws_opensees.py` prints them. Where it is
+installed, its answers are held against the numbers recorded. OpenSees runs in a process of its own, as it crashes where
+MKL was loaded before it.
 """
 
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from importlib.util import find_spec
+from itertools import pairwise
 from multiprocessing import get_context
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -15,6 +17,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from plain_kernels import text_of, uncompiled
+from substep_derive.declare.laws.plastic import bilinear
+from substep_derive.declare.scene import Scene
+from substep_derive.declare.symbols import rate, sampled
+from sympy import Integer, Rational, Symbol
 
 import substep as ss
 from substep.derived.modules import uncommitted_pair
@@ -72,27 +78,22 @@ def samples(case: Case, dt: float = DT) -> Any:
     return np.interp(dt * np.arange(round(t[-1] / dt) + 1), t, values)
 
 
-def opensees(case: Case, parts: int = 1) -> Any:
-    """u, v, a (n + 1, 3) by OpenSees with `parts` steps in DT; or why it cannot be imported."""
-    try:
-        import openseespy.opensees as ops  # pyright: ignore[reportMissingImports]
-    except (ImportError, RuntimeError) as error:  # besides the wheel it needs BLAS and LAPACK of the system
-        return f"openseespy cannot be imported: {error}"
-    dt, n = DT / parts, STEPS * parts
+def start_of(ops: Any, load: Any, dt: float, masses: tuple[float, ...]) -> None:
+    """A fixed node, one for each mass, and the load, times each mass, on these."""
     ops.wipe()
     ops.model("basic", "-ndm", 1, "-ndf", 1)
-    for node in (1, 2):
-        ops.node(node, 0.0)
+    ops.node(1, 0.0)
     ops.fix(1, 1)
-    ops.mass(2, 1.0)
-    materials = ("Elastic", 0.0, 2 * XI * OMEGA), *case.materials
-    for tag, (name, *arguments) in enumerate(materials, 1):
-        ops.uniaxialMaterial(name, tag, *arguments)
-    tags = range(1, len(materials) + 1)
-    ops.element("zeroLength", 1, 1, 2, "-mat", *tags, "-dir", *[1] * len(tags))
-    ops.timeSeries("Path", 1, "-dt", dt, "-values", *samples(case, dt).tolist())
+    ops.timeSeries("Path", 1, "-dt", dt, "-values", *load.tolist())
     ops.pattern("Plain", 1, 1)
-    ops.load(2, 1.0)
+    for node, mass in enumerate(masses, 2):
+        ops.node(node, 0.0)
+        ops.mass(node, mass)
+        ops.load(node, mass)
+
+
+def analysis_of(ops: Any) -> None:
+    """Average acceleration, each step to the last digits."""
     ops.constraints("Plain")
     ops.numberer("Plain")
     ops.system("FullGeneral")
@@ -100,6 +101,22 @@ def opensees(case: Case, parts: int = 1) -> Any:
     ops.algorithm("Newton")
     ops.integrator("Newmark", 0.5, 0.25)
     ops.analysis("Transient")
+
+
+def opensees(case: Case, parts: int = 1) -> Any:
+    """u, v, a (n + 1, 3) by OpenSees with `parts` steps in DT; or why it cannot be imported."""
+    try:
+        import openseespy.opensees as ops  # pyright: ignore[reportMissingImports]
+    except (ImportError, RuntimeError) as error:  # besides the wheel it needs BLAS and LAPACK of the system
+        return f"openseespy cannot be imported: {error}"
+    dt, n = DT / parts, STEPS * parts
+    start_of(ops, samples(case, dt), dt, (1.0,))
+    materials = ("Elastic", 0.0, 2 * XI * OMEGA), *case.materials
+    for tag, (name, *arguments) in enumerate(materials, 1):
+        ops.uniaxialMaterial(name, tag, *arguments)
+    tags = range(1, len(materials) + 1)
+    ops.element("zeroLength", 1, 1, 2, "-mat", *tags, "-dir", *[1] * len(tags))
+    analysis_of(ops)
     if case.v0:
         ops.setNodeVel(2, 1, case.v0, "-commit")
     rows = [[0.0, case.v0, 0.0]]
@@ -272,7 +289,72 @@ def test_bouc_wen_differs_by_the_error_of_opensees_which_halves_with_the_step(n:
     assert np.abs(found[4] - extrapolated).max() < differ[2] / 10
 
 
-# u after 1, 2, 20 steps of OpenSees from rest under a load of 1 m/s^2 that begins with the first step
+# -- a chain of three masses, each on the one below by a yielding spring and a damper; the ground shakes
+
+MASSES, STIFFNESSES, STRENGTHS, DAMPERS = (3.0, 2.5, 2.0), (900.0, 800.0, 600.0), (6.0, 5.0, 3.0), (1.5, 1.25, 1.0)
+# u of OpenSees at the steps LOOKED_AT
+CHAIN = [
+    [0.0010563143317817482, 0.00011981373338318654, -0.0015559448180618805],
+    [0.26293008257250766, 0.43062041364646214, 0.4632839922578651],
+    [0.22303889548607192, 0.14238818264958986, 0.006148757155111831],
+    [0.1639303274661615, 0.3501506923151012, 0.5074666337746507],
+    [0.03854195360592611, 0.07736383318614211, 0.09506169695977844],
+]
+
+
+def chain() -> Scene:
+    u = [Symbol(f"u_{i}") for i in (1, 2, 3)]
+    drifts = {f"story_{i + 1}": x - below for i, (below, x) in enumerate(pairwise([Integer(0), *u]))}
+    rates = [x - below for below, x in pairwise([Integer(0), *map(rate, u)])]
+    springs = zip(drifts.items(), STIFFNESSES, STRENGTHS, strict=True)
+    dissipation = sum((Rational(c) * d**2 / 2 for c, d in zip(DAMPERS, rates, strict=True)), Integer(0))
+    return Scene(
+        "steel_chain",
+        coordinates=dict.fromkeys(u, "m"),
+        kinetic=sum((Rational(m) * rate(x) ** 2 / 2 for m, x in zip(MASSES, u, strict=True)), Integer(0)),
+        potential=Integer(0),
+        dissipation=dissipation,
+        laws={
+            name: bilinear.on(drift, k=Rational(k), q_y=Rational(q_y), alpha=Rational(1, 20))
+            for (name, drift), k, q_y in springs
+        },
+        load={x: Rational(m) * sampled for x, m in zip(u, MASSES, strict=True)},
+        start={**dict.fromkeys(u, 0), **{rate(x): 0 for x in u}},
+        parameters=(),
+        length=Rational(1, 100),
+        energy_scale=1,
+        reference="Steel01 in OpenSees",
+    )
+
+
+def chain_in_opensees() -> Any:
+    """u (n + 1, 3) by OpenSees; or why it cannot be imported."""
+    try:
+        import openseespy.opensees as ops  # pyright: ignore[reportMissingImports]
+    except (ImportError, RuntimeError) as error:
+        return f"openseespy cannot be imported: {error}"
+    start_of(ops, samples(CASES["Steel01"]), DT, MASSES)
+    for i, (k, q_y, c) in enumerate(zip(STIFFNESSES, STRENGTHS, DAMPERS, strict=True), 1):
+        ops.uniaxialMaterial("Steel01", 2 * i, q_y, k, HARDENING)
+        ops.uniaxialMaterial("Elastic", 2 * i + 1, 0.0, c)
+        ops.element("zeroLength", i, i, i + 1, "-mat", 2 * i, 2 * i + 1, "-dir", 1, 1)
+    analysis_of(ops)
+    rows = [[0.0, 0.0, 0.0]]
+    for _ in range(STEPS):
+        assert ops.analyze(1, DT) == 0
+        rows.append([ops.nodeDisp(node, 1) for node in (2, 3, 4)])
+    return np.array(rows)
+
+
+def test_a_chain_of_yielding_springs_is_that_of_opensees() -> None:
+    scene = ss.scene(chain(), load=ss.Record(DT, samples(CASES["Steel01"])))
+    r = ss.march(scene, "average_acceleration", dt=DT, t_end=STEPS * DT)
+    assert all(np.ptp(p) > 0.1 for p in r.memory.values())  # m: all of them yield
+    assert apart(r.u[list(LOOKED_AT)], np.array(CHAIN), np.abs(r.u).max(axis=0)) <= AGREE
+
+
+# u of OpenSees 3.7.1 after 1, 2, 20 steps from rest under a load of 1 m/s^2 that begins with the first step: the model
+# of `opensees` with the materials Elastic and Viscous, undamped otherwise
 FROM_REST = {
     0.1: [1.6465608243571296e-05, 8.111284811450207e-05, 0.006470116636694527],
     0.3: [2.1969222494798047e-05, 0.00010838311374749532, 0.008619987633381615],
@@ -310,6 +392,16 @@ def test_whole_histories_are_those_of_opensees(child: Executor, name: str) -> No
     assert apart(theirs[list(LOOKED_AT)], np.array(RECORDED[name]), largest) <= AGREE
 
 
+def test_the_whole_chain_of_opensees(child: Executor) -> None:
+    theirs = child.submit(chain_in_opensees).result()
+    if isinstance(theirs, str):
+        pytest.skip(theirs)
+    scene = ss.scene(chain(), load=ss.Record(DT, samples(CASES["Steel01"])))
+    r = ss.march(scene, "average_acceleration", dt=DT, t_end=STEPS * DT)
+    assert apart(r.u, theirs, np.abs(theirs).max(axis=0)) <= AGREE
+    assert apart(theirs[list(LOOKED_AT)], np.array(CHAIN), np.abs(theirs).max(axis=0)) <= AGREE
+
+
 @pytest.mark.parametrize("n", [1.0, 2.0])
 def test_bouc_wen_of_opensees_is_what_was_recorded(child: Executor, n: float) -> None:
     theirs = child.submit(opensees, bouc_wen(n)).result()
@@ -326,3 +418,4 @@ if __name__ == "__main__":
         for parts in (1, 2, 4, 8):
             rows = opensees(bouc_wen(n), parts)[[parts * step for step in LOOKED_AT]]
             print(f"    ({n}, {parts}): {rows[:, 0].tolist()},")
+    print(f"CHAIN = {chain_in_opensees()[list(LOOKED_AT)].tolist()}")
