@@ -30,17 +30,27 @@ class larger(Function):
 
     nargs = 2
 
+    def _latex(self, printer: Any) -> str:
+        return rf"\max\left({', '.join(map(printer.doprint, self.args))}\right)"
+
 
 class smaller(Function):
     """The smaller of two arguments."""
 
     nargs = 2
 
+    def _latex(self, printer: Any) -> str:
+        return rf"\min\left({', '.join(map(printer.doprint, self.args))}\right)"
+
 
 class where_at_least(Function):
     """Of arguments a, b, x, y: x where a >= b, else y."""
 
     nargs = 4
+
+    def _latex(self, printer: Any) -> str:
+        a, b, x, y = map(printer.doprint, self.args)
+        return rf"\begin{{cases}} {x} & {a} \geq {b} \\ {y} & \text{{else}} \end{{cases}}"
 
 
 def clip(x: Any, low: Any, high: Any) -> Expr:

@@ -272,10 +272,13 @@ class _Writer:
         for _, rate in p.elongations:
             rows += [f"rate_{k} = {self._at([rate], *x[:2])[0]}" for k, x in enumerate((self.old, self.ends))]
             rows += ["if rate_0 * rate_1 < 0.0:", "    share, turns = rate_0 / (rate_0 - rate_1), True"]
+        moved = Symbol("moved")  # of which the acceleration has it over h^2: a difference of products would lose digits
+        of_middle = [p.between.u, p.between.v, p.between.a.subs(knot(1).u, knot(0).u + moved).expand()]
         for i in self.d:
             both = zip((*knot(0), *knot(1)), (*self.old[:2], begin, *self.ends[:2], end), strict=True)
-            w = KernelPrinter({s.name: row[i] for s, row in both})
-            motion = zip(middle, (p.between.u, p.between.v, p.between.a), strict=True)
+            difference = {moved.name: f"({self.ends[0][i]} - {self.old[0][i]})"}
+            w = KernelPrinter({s.name: row[i] for s, row in both} | difference)
+            motion = zip(middle, of_middle, strict=True)
             rows += block([(names[i], e) for names, e in motion], 0, w)[0].splitlines()
         rows += ["elapsed = share * h", *self._committed(at_mid, middle[0], self.memory[0])]
         rows += ["elapsed = (1.0 - share) * h", *self._committed(at_end, self.ends[0], at_mid)]

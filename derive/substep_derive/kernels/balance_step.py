@@ -28,9 +28,9 @@ class BalanceStep:
     derivative with respect to z. first: the z from which the iteration starts. reach: c_u, the derivative of the
     displacement with respect to z. after: assignments once z is known. A balance without iteration has first = None,
     and z = -inverse * residual with a constant inverse, or z as `solved` assigns it where the residual is piecewise
-    linear. free: the residual's derivative by z without internal force. bounds: names of two values of z between which
-    the root is kept, and their values before the first iteration; where laws make the residual bend.
-    commits: of what laws remember, once the balance is solved.
+    linear, and inverse is what would be inverted before any law yields. free: the residual's derivative by z without
+    internal force. bounds: names of two values of z between which the root is kept, and their values before the first
+    iteration; where laws make the residual bend. commits: of what laws remember, once the balance is solved.
     """
 
     k: int
@@ -64,6 +64,8 @@ class BalanceStep:
 
         Shampine & Baca, Appl. Numer. Math. 1 (1985) 495-506; with the Jacobian of the last iteration, if there is one.
         """
+        if self.solved:
+            return self.free * error / self.inverse[0]
         if self.first is None:
             return self.inverse * self.free * error
         J = self.jacobian_names
@@ -167,7 +169,7 @@ def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
     if w.motion.scene.laws and w.size == 1:
         at = residual.subs(dict(mixed)).subs(dict(reached))[0]
         if (found := root(at, z[0], w)) is not None:
-            elastic = w.inverse(slope + _scaled(w, per_mass, _elastic(w, stage, reach)))
+            elastic = slope + _scaled(w, per_mass, _elastic(w, stage, reach))
             return BalanceStep(
                 k, z, before, [], residual, slope, elastic, None, Integer(0), after, free, solved=[(z[0], found)]
             )

@@ -6,8 +6,9 @@ that holds is found by comparing roots, without trying one branch after another.
 """
 
 from collections.abc import Sequence
+from typing import Any
 
-from sympy import Add, Expr, Mul, Piecewise, S, Symbol, collect, nan
+from sympy import Add, And, Expr, Mul, Piecewise, S, Symbol, collect, nan
 
 from ..declare.law import larger, smaller
 from ..declare.parameter import Parameter, positive
@@ -16,12 +17,25 @@ from ..motion.components import Writer
 
 def root(residual: Expr, z: Symbol, w: Writer) -> Expr | None:
     """The z at which the residual is 0, NaN where a branch does not increase; None if it is not piecewise linear."""
-    return _root(residual, S.Zero, z, w, (*w.scheme.parameters, *w.motion.scene.parameters))
+    slopes = list[Expr]()
+    found = _root(residual, z, w, (*w.scheme.parameters, *w.motion.scene.parameters), slopes)
+    if found is None:
+        return None
+    # a comparison with NaN is false, so that it is added, not compared
+    of_run = [s > 0 for s in slopes if s.free_symbols <= w.fixed]
+    of_step = [w.hoist(s) > 0 for s in slopes if not s.free_symbols <= w.fixed]
+    return found + w.constant(_unless(of_run)) + _unless(of_step)
 
 
-def _root(e: Expr, rest: Expr, z: Symbol, w: Writer, parameters: Sequence[Parameter]) -> Expr | None:
-    """The root of e + rest, where the rest is linear in z."""
-    for term in Add.make_args(_distributed(e)):
+def _unless(rises: Sequence[Any]) -> Expr:
+    """0 where all of these hold, else NaN."""
+    return Piecewise((0, And(*rises)), (nan, True)) if rises else S.Zero
+
+
+def _root(e: Expr, z: Symbol, w: Writer, parameters: Sequence[Parameter], slopes: list[Expr]) -> Expr | None:
+    """The root, by the roots of the branches, whose slopes are put into a list."""
+    e = _distributed(e)
+    for term in Add.make_args(e):
         factors = Mul.make_args(term)
         branching = [x for x in factors if isinstance(x, larger | smaller) and x.has(z)]
         if not branching:
@@ -30,22 +44,22 @@ def _root(e: Expr, rest: Expr, z: Symbol, w: Writer, parameters: Sequence[Parame
         rises = positive(factor, parameters, or_zero=True)
         if len(branching) > 1 or factor.has(z) or not (rises or positive(-factor, parameters, or_zero=True)):
             return None
-        chosen = branching[0]
-        others = _distributed(e) - term
-        roots = [_root(factor * x + others, rest, z, w, parameters) for x in chosen.args]
+        roots = [_root(factor * x + (e - term), z, w, parameters, slopes) for x in branching[0].args]
         found = [x for x in roots if x is not None]
         if len(found) < len(roots):
             return None
-        return (larger if isinstance(chosen, smaller) == rises else smaller)(*found)
-    whole = (e + rest).expand()
+        return (larger if isinstance(branching[0], smaller) == rises else smaller)(*found)
+    whole = e.expand()
     slope = whole.diff(z)
     if slope.has(z):
         return None
+    if slope not in slopes:
+        slopes.append(slope)
     known = whole.subs(z, 0)
     if not slope.free_symbols <= w.fixed:  # of a law whose stiffness it remembers
         return -w.hoist(known) / w.hoist(slope)
     known = collect(known, sorted(known.free_symbols - w.fixed, key=str))
-    return -w.hoist(known) * w.constant(Piecewise((1 / slope, slope > 0), (nan, True)))
+    return -w.hoist(known) * w.constant(1 / slope)
 
 
 def _distributed(e: Expr) -> Expr:

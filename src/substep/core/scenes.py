@@ -293,13 +293,21 @@ def scene_info(name: str | SceneDeclaration, parameters: dict[str, Any]) -> Scen
 
 def _with_law(law: str | LawDeclaration) -> SceneInfo:
     """The oscillator with another law, by name or of the user's own; derived if it is not in the cache."""
-    if isinstance(law, str) and law not in LAWS:
-        raise unknown_name("a law", law, LAWS)
+    if isinstance(law, str):
+        if law not in LAWS:
+            raise unknown_name("a law", law, LAWS)
+        return _with(law)
+    if not hasattr(law, "update"):
+        raise ValueError(f"expected law as a name of substep.laws() or a declaration, got {law!r}; give one of these")
+    tried(law)
+    return _with(law)
+
+
+@cache
+def _with(law: Any) -> SceneInfo:
     from ..derived.modules import oscillator_with, own_scene_module  # noqa: PLC0415 (the one door to SymPy)
 
     declaration = oscillator_with(law)
-    if not isinstance(law, str):
-        tried(law)
     module = own_scene_module(declaration)
     return SceneInfo.of(declaration.name, module.ENTRY, module, declaration)
 

@@ -58,9 +58,14 @@ def pair_kernels(scene: Scene, scheme: Scheme) -> ModuleType:
     """The kernels of the scheme on the scene: committed, or printed to the user's cache on first use."""
     if scheme.info.declaration is None and scene.info.declaration is None:
         return _from_catalogue(scheme.name, scene.name)
+    return _own(scheme.info.source, scene.info.source)
+
+
+@cache
+def _own(scheme: Any, scene: Any) -> ModuleType:
     from ..derived.modules import uncommitted_pair  # noqa: PLC0415 (the one door to SymPy)
 
-    return uncommitted_pair(scheme.info.source, scene.info.source)
+    return uncommitted_pair(scheme, scene)
 
 
 @cache

@@ -53,6 +53,11 @@ def reference(scene: Scene, t_end: float, samples: int, wished: float, quantity:
     agree, not extrapolated ones, since errors from a vibration that coarse steps damp, or from a load that jumps, do
     not follow the order. Raises ValueError where 4 million steps do not reach agreement.
     """
+    if scene.info.memory:
+        raise ValueError(
+            f"expected a scene whose forces depend on where it is, got {scene.name}, whose laws remember "
+            f"{', '.join(scene.info.memory)}; march it with a step and with half of it, and compare"
+        )
     t = np.linspace(0.0, t_end, samples + 1)
     known = motions.motion(scene)
     if known is not None:
