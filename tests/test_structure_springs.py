@@ -277,6 +277,25 @@ def test_changes_that_go_too_far_are_shortened(scheme: str) -> None:
         assert r.newton_iterations.max() < 12
 
 
+@pytest.mark.parametrize("exponent", [0.1, 0.3, 0.5, 1.5])
+@pytest.mark.parametrize("dense", [True, False])
+def test_a_damper_that_starts_at_rest(exponent: float, dense: bool) -> None:
+    """Its slope is infinite there, so that a correction by it is nothing, which does not say that forces balance."""
+    form = np.asarray if dense else sparse.csr_array
+    stiffness = B.T @ np.diag(K) @ B
+    damper = ss.law("power_damper", c=0.8, exponent=exponent)
+    s = ss.structure(form(np.diag(M)), form(stiffness), springs=[(B[:2], damper)]).ground_motion(RECORD, 1.0)
+    r = ss.march(s, "average_acceleration", dt=DT, t_end=2.0)
+    assert r.status == "completed"
+    rates = r.v @ B[:2].T
+    forces = 0.8 * np.sign(rates) * np.abs(rates) ** exponent
+    assert np.allclose(r.springs.forces, forces, rtol=0, atol=1e-12)
+    left = r.absolute_a * M + r.u @ stiffness + forces @ B[:2]
+    assert np.abs(left[1:]).max() < 1e-7 * np.abs(r.absolute_a * M).max()
+    work = np.cumsum(np.sum(0.5 * (forces[1:] + forces[:-1]) * np.diff(r.u @ B[:2].T, axis=0), axis=1))
+    assert np.allclose(r.energy_dissipated[1:], work, rtol=1e-12)
+
+
 def test_what_fails_keeps_what_was_done() -> None:
     """A force that no displacement gives: the march ends where it is."""
 

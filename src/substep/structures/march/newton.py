@@ -23,7 +23,7 @@ ROUNDING = 1e-9  # corrections below this that no longer shrink are rounding
 CONTRACTION = 0.2  # of the corrections, beyond which the tangent is taken anew
 ITERATIONS = 60
 TOO_FAR, SMALL = 0.8, 0.1  # of the residual's work along a change: from which it is shortened, and to what
-SOFTER = 10.0  # the ratio of two slopes of a spring from which a correction by one says little of that by the other
+BALANCED = 1e-9  # of the largest force: the residual where a force of rates with a memory is met
 SEARCH = 30  # trials of a shorter change
 
 
@@ -57,8 +57,8 @@ class NonlinearSystem:
     memories: what the internal force remembers, after each commit of the step so far; empty where it remembers nothing.
     Where it does, each iteration takes its tangent, which is that of a branch: a march then goes on to the bit wherever
     it is broken. shortened: of all solutions, the corrections that had gone too far. branches: the factors there;
-    slopes (s,): of springs by the unknown, at the last of them. before: of rows of the system, by their identity, what
-    they have of the vectors before the unknown.
+    released: without the slopes of springs by rates. before: of rows of the system, by their identity, what they have
+    of the vectors before the unknown.
     """
 
     structure: Model
@@ -74,7 +74,7 @@ class NonlinearSystem:
     products: dict[str, Matrix] = field(default_factory=dict)
     before: dict[int, Array] = field(default_factory=dict)
     branches: Branches | None = None
-    slopes: Array | None = None
+    released: bool = False
     scale = 1.0  # what its loads are divided by
 
     def __post_init__(self) -> None:
@@ -129,6 +129,7 @@ class NonlinearSystem:
         reach = abs(float(row[j])) or 1.0
         z = (X[0] - combined(row[None, :j], X[:j])[0]) / row[j] if row[j] else np.zeros(X.shape[1])
         residual = self._residual(X, z, known, t)
+        self.released = False
         previous, fresh = 0.0, False  # the size of the correction before, 0 if it was another tangent's
         for self.count in range(1, ITERATIONS + 1):
             if self.solve is None or self.iteration.full or self.internal.remembers:
@@ -149,8 +150,10 @@ class NonlinearSystem:
             rate = size / previous if previous else 1.0
             left = size * min(1.0, rate / (1.0 - rate)) if rate < 1.0 else size  # of a series that shrinks so
             small = left <= within or (previous and rate >= 0.5 and size <= ROUNDING * self.largest)
-            if small and not self._much_softer(X, z, t):
+            small = small or (self.internal.remembers and np.array_equal(z, z - change))  # less than z's rounding
+            if small and not self._unbalanced(residual, known, z):
                 return z
+            self.released = small
             if previous and rate > CONTRACTION and not fresh:
                 self.solve, previous = None, 0.0
             else:
@@ -273,7 +276,6 @@ class NonlinearSystem:
             assert force.springs is not None
             first = sum((self._slopes(one, force.springs.elastic, 0.0) for one in self._moving), 0.0 * slopes)
             self.branches = Branches(force.springs, hasattr(self.structure.M, "indptr"), self._with_springs, first)
-        self.slopes = slopes
         return self.branches.of(slopes)
 
     def _of_springs(self, t: float, at: Array) -> Array | None:
@@ -285,19 +287,21 @@ class NonlinearSystem:
         for one, u in zip(self._moving or self.system.forces[:1], at[1:], strict=True):
             found = force.answer(t, u, at[0], self._recalled(one)).of_springs
             assert found is not None
-            total += self._slopes(one, found.tangent, found.damping)
+            total += self._slopes(one, found.tangent, 0.0 if self.released else found.damping)
         return total
 
-    def _much_softer(self, X: Array, z: Array, t: float) -> bool:
-        """Whether springs are much softer at z than where the last correction took them to be, which then says little.
+    def _unbalanced(self, residual: Array, known: Array, z: Array) -> bool:
+        """Whether the residual of a force of rates is more than rounding, however small the last correction was.
 
-        So it is of a damper |v|^x, x < 1, at rest, whose slope is infinite there.
+        So it is where a damper |v|^x, x < 1, is at rest, whose slope is infinite there: the next correction is without
+        the slopes by rates, and it is shortened as it needs to be.
         """
-        if self.slopes is None:
+        if self.branches is None or self.internal.reads < 2:
             return False
-        at = np.array([self._at(self.system.velocity, X, z), *self._displacements(X, z)])
-        now = self._of_springs(t, at)
-        return now is not None and bool((np.abs(self.slopes) > SOFTER * np.abs(now)).any())
+        parts = [known, *(matrix @ (factor * z) for factor, matrix in self._by_unknown)]
+        rounding = 16 * EXACT * self.largest * float(np.abs(self.structure.K.diagonal()).max())
+        allowed = BALANCED * sum(float(np.abs(part).max()) for part in parts) + rounding
+        return float(np.abs(residual).max()) > allowed
 
     def _slopes(self, force: Force, tangent: Array, damping: Any) -> Array:
         """The derivative of the residual by z that springs give by one force, for each of them (s,)."""
