@@ -1,4 +1,11 @@
-"""Plan -> text of the module that says what a step computes on a structure: plain data, evaluated once a run."""
+"""Plan -> text of the module that says what a step computes on a structure: plain data, evaluated once a run.
+
+A row is a dictionary vector -> coefficient. An operation is ("combine", vector, row), or ("solve", vector, slots),
+where the slots are rows for M, C and K0, triples (w, row, instant in steps after t_n) for N, triples (w, row, row) for
+N_discrete, and pairs (w, instant) for f, and the vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..). Its commits are
+triples (row of u, row of v, instant) where a sub-step ends with it, at which an internal force with a memory is
+committed. NO_MEMORY says why the scheme takes no such force; it is empty where it does.
+"""
 
 from collections.abc import Mapping, Sequence
 
