@@ -7,12 +7,7 @@
     a_1: M*(a_1) + C*(v_1) + N(u_1) = f(1)
 
 `step` returns, for numbers h and parameters: the operations in their order; the new state; what is reported. `start`,
-where the state at t = 0 is not made of u_0, v_0, a_0, returns the same for it. A row is a dictionary vector ->
-coefficient. An operation is ("combine", vector, row), or ("solve", vector, slots), where the slots are rows for M, C
-and K0, triples (w, row, instant in steps after t_n) for N, triples (w, row, row) for N_discrete, pairs (w, instant) for
-f, and the vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..); commit are triples (row of u, row of v, instant) where
-a sub-step ends with it, at which an internal force with a memory is committed. NO_MEMORY: why the scheme takes no such
-force, empty where it does.
+where the state at t = 0 is not made of u_0, v_0, a_0, returns the same for it: see `substep_derive.emit.plan_module`.
 """
 
 NAME = "sdirk3"
