@@ -2,6 +2,7 @@
 
 import json
 import os
+import pickle
 import subprocess
 import sys
 from collections.abc import Callable
@@ -198,6 +199,12 @@ def test_a_state_keeps_its_memory_in_a_file_and_for_another_scheme(tmp_path: Any
     assert np.allclose(given.u, rests[0].u, rtol=0, atol=1e-3)
     with pytest.raises(ValueError, match="remembers nothing"):
         ss.march(ss.structure(np.diag(M), B.T @ np.diag(K) @ B), "bathe", dt=DT, t_end=1.0, start=half)
+
+
+def test_a_pickled_building_is_the_same() -> None:
+    s = building()
+    one, other = (ss.march(x, "bathe", dt=DT, t_end=0.5) for x in (s, pickle.loads(pickle.dumps(s))))
+    assert np.array_equal(one.u, other.u)
 
 
 def own(t: float, u: np.ndarray, v: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

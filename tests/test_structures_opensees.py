@@ -185,7 +185,7 @@ def steel_in_opensees() -> np.ndarray | str:
 
 
 def test_a_building_that_yields(child: Executor) -> None:
-    """The same rule of the same steel in the same steps: to rounding, with a tenth of all drifts and more beyond yield."""
+    """The same rule of the same steel in the same steps, to rounding; a tenth of the drifts are beyond yield."""
     found = child.submit(steel_in_opensees).result()
     if isinstance(found, str):
         pytest.skip(found)

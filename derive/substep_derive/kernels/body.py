@@ -99,7 +99,7 @@ class Body:
         for stage in found:
             step = balance_step(w, len(steps), stage, last, wanted)
             moves = {s for a in stage.balance.force.atoms(N) for s in a.free_symbols}
-            for end in (end for end in ends if end.u in moves):
+            for end in (end for end in ends if end.u in moves and end.u not in w.committed):
                 at = w.instants[end.u]
                 inside = true if end.always else (list(w.committed.values())[-1] < at) & (at < 1)
                 step = replace(step, commits=[*step.commits, *w.commit(end.u, at, inside)])

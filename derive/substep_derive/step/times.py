@@ -60,10 +60,9 @@ def sub_step_ends(step: Step) -> Sequence[SubStepEnd]:
             "memory, since what was remembered before t_n is not kept; take another scheme"
         )
     instants = {s: e for s, e in passed(step).items() if kind_of(s) == 0 and s not in step.state}
-    moved = [
-        ordered({s for a in x.balance.force.atoms(N) for s in a.free_symbols if s in instants}) for x in step.stages
-    ]
-    reached = [(s, instants[s].subs(step.scheme.typical)) for symbols in moved for s in symbols]
+    at_typical = {s: e.subs(step.scheme.typical) for s, e in instants.items()}
+    moved = [{s for a in x.balance.force.atoms(N) for s in a.free_symbols if s in instants} for x in step.stages]
+    reached = [(s, at_typical[s]) for symbols in moved for s in sorted(ordered(symbols), key=at_typical.__getitem__)]
     if any(later < at for (_, at), (_, later) in pairwise(reached)):
         return []
     accelerated = {s: [steps_back(s) ** 2, -2 * steps_back(s), Integer(2)][kind_of(s)] for s in step.state}

@@ -41,6 +41,7 @@ class Law:
     name: str
     module: ModuleType
     parameters: Mapping[str, Any]  # numbers, or (n,)
+    source: Any  # the name, or the declaration of a law of the user's own
 
     @property
     def memory(self) -> tuple[str, ...]:
@@ -88,6 +89,9 @@ class Law:
             kept.append(memory[0])
         return np.array(forces), np.array(kept)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _remade, (self.source, dict(self.parameters))
+
     def __repr__(self) -> str:
         return f"Law({', '.join([self.name, *(f'{name}={x}' for name, x in self.parameters.items())])})"
 
@@ -129,7 +133,12 @@ def law(name: str | Law | LawDeclaration, **parameters: ArrayLike) -> Law:
             what, real_array(what, parameters[key] if key in parameters else info.default_of(label, values))
         )
         values[key] = value if value.ndim else float(value)
-    return Law(label, module, MappingProxyType(values))
+    return Law(label, module, MappingProxyType(values), name)
+
+
+def _remade(source: Any, parameters: dict[str, Any]) -> Law:
+    """A law from what a pickled one keeps."""
+    return law(source, **parameters)
 
 
 def _parameters(module: ModuleType) -> dict[str, ParameterInfo]:
@@ -148,7 +157,7 @@ def tried(declaration: LawDeclaration) -> ModuleType:
     module = own_law_module(declaration)
     rng = np.random.default_rng(0)
     values = {name: _drawn(info, rng) for name, info in _parameters(module).items()}
-    law = Law(declaration.name, module, values)
+    law = Law(declaration.name, module, values, declaration)
     memory, e, elapsed = law.unstrained(TRIED), np.zeros(TRIED), 0.0
     with np.errstate(all="ignore"):
         for _ in range(COMMITS):

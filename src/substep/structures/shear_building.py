@@ -5,7 +5,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..core.errors import inside, real_array
 from ..core.laws import Law
@@ -15,10 +14,10 @@ from .structure import Structure, damping_of, structure
 
 
 def shear_building(
-    masses: ArrayLike,
+    masses: Any,
     laws: Sequence[Law] | Law,
     *,
-    heights: ArrayLike | None = None,
+    heights: Any = None,
     damping: Any = None,
     modes_damped: int | None = None,
     **options: Any,

@@ -140,8 +140,9 @@ def require_linear(structure: Model, what: str) -> None:
     """Raises ValueError for a structure with an internal force, of which the tangent at u0 alone would count."""
     if structure.internal is not None:
         raise ValueError(
-            f"expected a linear structure for {what}, got one with internal_force, of which it would know the tangent "
-            "at u0 only; march the structure itself, or linearise it on purpose by structure(M, tangent(u0), ...)"
+            f"expected a linear structure for {what}, got one with internal_force or springs, of which it would know "
+            "the tangent at u0 only; march the structure itself, or linearise it on purpose by "
+            "structure(M, tangent(u0), ...)"
         )
 
 

@@ -166,7 +166,7 @@ def _group(members: Sequence[tuple[Law, int, int]]) -> Group:
         for name in one.parameters
     }
     where = np.concatenate([np.arange(first, first + count) for _, first, count in members])
-    return Group(Law(one.name, one.module, MappingProxyType(values)), where)
+    return Group(Law(one.name, one.module, MappingProxyType(values), one.source), where)
 
 
 def _rows(given: Any, N: int, names: Sequence[str]) -> Any:
