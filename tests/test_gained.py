@@ -58,13 +58,6 @@ def test_a_scheme_that_gains_energy_at_every_step_is_not_helped_by_a_shorter_one
     )
 
 
-def test_an_alpha_of_the_other_sign_is_named() -> None:
-    text = said(FREE, ss.scheme("hht_alpha", alpha=0.1), dt=0.1, t_end=100.0)
-    assert text.endswith("Hilber, Hughes and Taylor, from -1/3 to 0, so that 0.1 elsewhere is -0.1 here")
-    assert said(FREE, ss.scheme("hht_alpha", alpha=-0.1), dt=0.1, t_end=100.0) == ""
-    assert "Hilber" not in said(FREE, ss.scheme("newmark", gamma=0.4), dt=0.1, t_end=100.0)
-
-
 def test_under_a_load_an_unstable_step_is_told_from_resonance() -> None:
     """At rest under a load that swells it for four hundred radians, energy grows without bound in the motion itself."""
     driven = ss.scene("linear_oscillator", omega=OMEGA, u0=0.0, load=ss.Harmonic(1.0, omega=OMEGA))

@@ -234,8 +234,26 @@ def scene(
     if info.oscillator and not meant and "xi" in values:
         require_ratio(f"xi of {info.name}", values["xi"])
     if static:
-        values["u0"] = equilibrium(make_scene(info, values, a0, load))
+        values["u0"] = _at_rest(make_scene(info, values, a0, load))
     return make_scene(info, values, a0, load)
+
+
+def _at_rest(scene: Scene) -> float:
+    """The displacement at which it stays at rest under its load at t = 0. Raises ValueError for more coordinates."""
+    if scene.u0.shape != (1,):
+        raise ValueError(
+            f"expected u0='static' for a scene of one coordinate, got {len(scene.u0)} of {scene.name}; give the "
+            "displacements, or march from start={'u': ..., 'v': ...}"
+        )
+    given = scene.info.unstrained
+    unstrained = None if given is None else np.array([given(*scene.parameters.values())])
+
+    def acceleration(u: float) -> float:
+        at = np.array([[u]])
+        memory = None if unstrained is None else scene.committed(at, unstrained)
+        return float(scene.acceleration(np.zeros(1), at, np.zeros((1, 1)), memory)[0, 0])
+
+    return equilibrium(scene.name, acceleration, scene.length)
 
 
 def arguments_of(info: SceneInfo) -> tuple[str, ...]:

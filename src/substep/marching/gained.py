@@ -63,19 +63,9 @@ def _unstable(r: Response, dt: float) -> str:
     stable = _radii(r.scheme, shorter, xi) <= UNSTABLE
     exact = r.scheme.critical_Omega if xi == 0.0 else None
     if exact == 0.0 or not stable[0]:
-        return f"{said}, and above 1 at shorter steps too; take another scheme, or other parameters{_sign(r.scheme)}"
+        return f"{said}, and above 1 at shorter steps too; take another scheme, or other parameters"
     limit = exact if exact and exact < Omega else float(shorter[np.argmin(stable) - 1])
     return f"{said}; it is stable up to omega*dt = {limit:.4g}: take dt up to {limit / omega:.4g} s, or another scheme"
-
-
-def _sign(scheme: Scheme) -> str:
-    """Which alpha may be meant by one of HHT that is above 0, as programs write it that count the other way."""
-    alpha = float(scheme.parameters.get("alpha", 0.0))
-    if scheme.info.declaration is not None or alpha <= 0.0:
-        return ""
-    return (
-        f": alpha is that of Hilber, Hughes and Taylor, from -1/3 to 0, so that {alpha:g} elsewhere is {-alpha:g} here"
-    )
 
 
 def _radii(scheme: Scheme, Omega: Array, xi: float) -> Array:
