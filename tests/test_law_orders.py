@@ -106,7 +106,6 @@ def test_order(scheme: str) -> None:
     assert last < (0.3 if min(expected, 2) == 1 else 2e-2) * (80 / steps[-1]) ** min(expected, 2)
 
 
-@pytest.mark.every_scheme
 @pytest.mark.usefixtures("plainly")
 @pytest.mark.parametrize("scheme", sorted(BACK_IN_TIME))
 def test_order_of_schemes_that_go_back_in_time_while_the_spring_is_elastic(scheme: str) -> None:
