@@ -100,7 +100,7 @@ class Response:
         t, u, v = self.t[:1], np.asarray(self.u)[:1], np.asarray(self.v)[:1]
         return (np.asarray(self.a)[:1] - self.scene.acceleration(t, u, v, *self._remembered(slice(1))))[0]
 
-    @cached_property
+    @property
     def memory(self) -> Mapping[str, Array]:
         """What the laws of the scene remember, each (n+1,), by name; empty where they remember nothing."""
         rows = self.memories
