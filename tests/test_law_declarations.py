@@ -1,5 +1,6 @@
 """Laws as they are declared: right, or refused with the reason; and what a handle of one computes."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,11 +10,13 @@ from plain_kernels import plain_adaptive, text_of, uncompiled
 from substep_derive import DeclarationError, Law, before, e, e_dot, elapsed, required
 from substep_derive.declare.catalogue import find
 from substep_derive.declare.laws import ALL
+from substep_derive.declare.laws.elastic import linear
 from substep_derive.declare.laws.plastic import bilinear
+from substep_derive.declare.laws.viscous import power_damper
 from substep_derive.declare.scenes.hysteretic import hysteretic_oscillator
 from substep_derive.kernels.body import Body
 from substep_derive.motion.equations import EquationsOfMotion
-from sympy import Interval, Max, Min, Piecewise, Symbol
+from sympy import Integer, Interval, Max, Min, Piecewise, Symbol
 
 import substep as ss
 from substep.core import laws
@@ -162,6 +165,12 @@ def test_a_softening_law_fails_where_the_effective_stiffness_vanishes() -> None:
 def test_schemes_that_take_no_law_say_why() -> None:
     with pytest.raises(DeclarationError, match="energy_momentum takes the internal force as a discrete gradient"):
         Body.of(find("energy_momentum"), EquationsOfMotion(hysteretic_oscillator(bilinear)))
+    with pytest.raises(DeclarationError, match="energy_momentum takes the internal force as a discrete gradient"):
+        Body.of(find("energy_momentum"), EquationsOfMotion(hysteretic_oscillator(linear)))
+    damped = hysteretic_oscillator(power_damper)
+    without = replace(damped, name="without", dissipation=Integer(0))
+    with pytest.raises(DeclarationError, match="rkn43 is a scheme for .*: expected a scene without damping"):
+        Body.of(find("rkn43"), EquationsOfMotion(without))
 
 
 @pytest.mark.parametrize("scheme", ["average_acceleration", "dormand_prince"])

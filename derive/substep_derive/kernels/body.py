@@ -76,7 +76,7 @@ class Body:
         Raises DeclarationError for coefficients that are no matrices of the scene, or a scene with damping that the
         scheme does not take.
         """
-        damped = not motion.damping.is_zero_matrix
+        damped = not (motion.damping.is_zero_matrix and motion.rate_force.is_zero_matrix)
         if damped and not scheme.takes_damping:
             raise DeclarationError(
                 f"{scheme.name} is a scheme for u'' = g(t, u): expected a scene without damping, got "
@@ -88,18 +88,18 @@ class Body:
         stencil = instants([*(b.load for b in near.balances), *outputs], near.typical)
         w = Writer(near, motion, stencil, now=now, began=BEGAN if now is None else knot(0).u)
         w.fixed.update(weights)
-        ends = sub_step_ends(exact) if motion.memory else ()
+        ends = sub_step_ends(exact) if motion.scene.laws else ()  # which refuses a discrete gradient of any law
         if motion.memory:
             w.instants |= passed(lowered)
             w.committed[knot(0).u] = Integer(0)
-        reads = [*outputs, *errors, *read, *(end.u for end in ends)]
-        wanted = _wanted(near, prior, found, reads, damped=damped or not motion.rate_force.is_zero_matrix)
+        reads = [*outputs, *errors, *read, *(end.u for end in ends if motion.memory)]
+        wanted = _wanted(near, prior, found, reads, damped=damped)
         known = written(w, {s: e for s, e in prior.items() if s in wanted})
         last, steps = knot(0).u, list[BalanceStep]()
         for stage in found:
             step = balance_step(w, len(steps), stage, last, wanted)
             moves = {s for a in stage.balance.force.atoms(N) for s in a.free_symbols}
-            for end in (end for end in ends if end.u in moves and end.u not in w.committed):
+            for end in (x for x in ends if motion.memory and x.u in moves and x.u not in w.committed):
                 at = w.instants[end.u]
                 inside = true if end.always else (list(w.committed.values())[-1] < at) & (at < 1)
                 step = replace(step, commits=[*step.commits, *w.commit(end.u, at, inside)])
