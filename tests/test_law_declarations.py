@@ -129,6 +129,19 @@ def test_a_law_of_ones_own_is_that_of_the_catalogue() -> None:
     assert mine.u == pytest.approx(its.u, abs=1e-13)
 
 
+def test_a_sweep_takes_a_law_by_name() -> None:
+    of: dict[str, Any] = {"law": "isotropic_bilinear", "omega": 3.0, "hardening": 0.2, "load": ss.HalfSine(4.0, 0.6)}
+    swept = ss.sweep("hysteretic_oscillator", "bathe", dt=0.05, t_end=1.0, keep="final", strength=[0.5, 1.0], **of)
+    alone = [ss.march(ss.scene("hysteretic_oscillator", strength=x, **of), "bathe", dt=0.05, t_end=1.0)
+             for x in (0.5, 1.0)]  # fmt: skip
+    assert swept.u.values.ravel() == pytest.approx([r.u[-1, 0] for r in alone], abs=1e-13)
+    assert swept.memory.sel(remembered="kappa").values == pytest.approx(
+        [r.memory["kappa"][-1] for r in alone], abs=1e-13
+    )
+    with pytest.raises(ValueError, match="expected a law, got 'foo'"):
+        ss.sweep("hysteretic_oscillator", "bathe", dt=0.05, t_end=1.0, omega=3.0, strength=[1.0], law="foo")
+
+
 @pytest.mark.parametrize("name", GIVEN)
 def test_slopes_are_those_of_the_force(name: str) -> None:
     """By differences, away from the bends, which few of the points are near."""

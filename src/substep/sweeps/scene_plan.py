@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..core.arrays import named
 from ..core.errors import real_array, real_number
 from ..core.loads import Load, LoadLanes, Record, as_numbers, is_known
-from ..core.scenes import Scene, checked_parameters, make_scene, scene_info
+from ..core.scenes import WITH_LAW, Scene, checked_parameters, make_scene, scene_info
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
 from ..marching.adaptive import ROWS, adaptive_kernels
@@ -207,8 +207,8 @@ def planned(
         _check_scene(scene)
         of_scene = scene.info
     else:
-        strain = {"strain": values.pop("strain")} if scene == "elastic_pendulum" and "strain" in values else {}
-        of_scene = scene_info(scene, strain)
+        which = {"elastic_pendulum": "strain", WITH_LAW: "law"}.get(scene, "") if isinstance(scene, str) else ""
+        of_scene = scene_info(scene, {which: values.pop(which)} if which in values else {})
     own_load = is_dataclass(load) and not isinstance(load, (Record, type))
     owned: dict[Owner, list[str]] = {
         "scene": [*of_scene.parameters],
