@@ -2,6 +2,7 @@
 
 from .algebra.algebraic import Algebraic
 from .algebra.constant import Constant
+from .constrained.prescribed import ErrorTerm, Prescribed, prescribed
 from .declare.composition import composition
 from .declare.errors import DeclarationError, InconsistentScheme
 from .declare.law import Element, Law, before, e, e_dot, elapsed
@@ -26,6 +27,7 @@ __all__ = [
     "DeclarationError",
     "Derivation",
     "Element",
+    "ErrorTerm",
     "Estimate",
     "Estimator",
     "Family",
@@ -38,6 +40,7 @@ __all__ = [
     "NoEstimator",
     "Omega",
     "Parameter",
+    "Prescribed",
     "Published",
     "Root",
     "Scene",
@@ -56,6 +59,7 @@ __all__ = [
     "knot",
     "nystrom",
     "optional",
+    "prescribed",
     "rate",
     "required",
     "sampled",

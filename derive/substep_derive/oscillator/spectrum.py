@@ -82,16 +82,25 @@ def rho_infinity_at(evaluation: Evaluation) -> Expr:
         return oo
     while not leading[0]:
         leading = leading[1:]
-    polynomial = Poly.from_list(leading[::-1], Symbol("x"), domain=field.domain)
+    found = moduli(Poly.from_list(leading[::-1], Symbol("x"), domain=field.domain), field)
+    return Max(*(modulus for *_, modulus in found)) if found else Integer(0)
+
+
+def moduli(polynomial: Poly, field: Field) -> list[tuple[Poly, int, Expr]]:
+    """Of each factor of a polynomial over the field that holds a variable: its multiplicity, its roots' largest modulus.
+
+    The modulus is exact.
+    """
     number = closed_form(field.root, Omega) if field.root is not None else Integer(0)
-    moduli: list[Expr] = []
-    for part, _ in polynomial.factor_list()[1]:
+    found = list[tuple[Poly, int, Expr]]()
+    for part, times in polynomial.factor_list()[1]:
         if part.degree() < 3:
             coefficients = [field.expression(field.domain.convert(c)) for c in part.rep.to_list()]
-            moduli += _moduli([radsimp(c.subs(generator, number)) for c in coefficients])
+            own = _moduli([radsimp(c.subs(generator, number)) for c in coefficients])
         else:
-            moduli += [Abs(root) for root in _roots(part, field)]
-    return Max(*moduli) if moduli else Integer(0)
+            own = [Abs(root) for root in _roots(part, field)]
+        found.append((part, times, Max(*own)))
+    return found
 
 
 def _roots(polynomial: Poly, field: Field) -> list[Expr]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from sympy import Add, Expr, Integer, Mul, Symbol, factor, latex
 from sympy.printing.mathml import mathml
 
+from ..declare.errors import DeclarationError
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, mu, xi
 from ..oscillator.spectrum import limit_polynomial
@@ -140,6 +141,19 @@ def _nonlinear(d: Derivation) -> Iterator[ClosedForm]:
         yield ClosedForm("nonlinear equations", label, text)
 
 
+def _constrained(d: Derivation) -> Iterator[ClosedForm]:
+    section = "prescribed motion r(t)"
+    try:
+        found = d.prescribed
+    except DeclarationError as error:
+        yield ClosedForm(section, "refused", str(error))
+        return
+    for derivative, what, term in ((1, "v", found.velocity), (2, "the multiplier", found.multiplier)):
+        name = f"error of {what}" + ("" if term is None else f", h^{term.power} r^({derivative + term.power})")
+        yield ClosedForm(section, name, Integer(0) if term is None else as_in_paper(term.coefficient, d.scheme))
+    yield ClosedForm(section, "0 = of a wrong start", factor(found.polynomial.as_expr()))
+
+
 PARTS: Mapping[str, Callable[[Derivation], Iterator[ClosedForm]]] = {
     "relations": _relations,
     "stiffness": _stiffness,
@@ -148,4 +162,5 @@ PARTS: Mapping[str, Callable[[Derivation], Iterator[ClosedForm]]] = {
     "load": _load,
     "series": _series,
     "nonlinear": _nonlinear,
+    "constrained": _constrained,
 }

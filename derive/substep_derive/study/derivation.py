@@ -7,6 +7,7 @@ from typing import Any, cast
 
 from sympy import Expr, Matrix, Poly, Rational, Symbol, factor
 
+from ..constrained.prescribed import Prescribed, prescribed_at
 from ..declare.catalogue import find
 from ..declare.parameter import Root
 from ..declare.parameter_set import ParameterSet
@@ -127,6 +128,14 @@ class Derivation:
     def estimator(self) -> Estimator:
         """Estimated local errors of u and v, from what a step holds. Raises NoEstimator."""
         return estimator(self.scheme)
+
+    @cached_property
+    def prescribed(self) -> Prescribed:
+        """Errors of velocity and multiplier where a constraint prescribes the motion, in the free parameters.
+
+        Raises DeclarationError for a scheme that cannot carry a constraint.
+        """
+        return prescribed_at(Evaluation.free(self.scheme))
 
     @cached_property
     def balances(self) -> tuple[EffectiveSystem, ...]:

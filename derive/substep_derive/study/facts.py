@@ -6,6 +6,8 @@ from typing import Any
 from sympy import Expr
 
 from ..algebra.algebraic import closed_form, generator
+from ..constrained.prescribed import prescribed
+from ..declare.errors import DeclarationError
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, xi
 from ..emit.printing import Code
@@ -44,11 +46,20 @@ def row(scheme: Scheme) -> dict[str, Any]:
         "nonlinear_order": p.nonlinear.uva,
         "eigenvalue_order": p.nonlinear.eigenvalue,
         **{name: getattr(p.nonlinear, name).word for name in ("symmetric", "symplectic", "conjugate_symplectic")},
+        "constrained": _constrained(scheme),
         "damping": damping,
         "period": period,
         "values": {name: _value(x) for name, x in (("rho_inf", p.rho_inf), ("critical_Omega", p.critical_Omega))},
         "stiffness": tuple(PRINTER.doprint(as_in_paper(x.effective_stiffness, scheme)) for x in d.balances),
     }
+
+
+def _constrained(scheme: Scheme) -> str:
+    """What the scheme makes of a prescribed motion, or why it cannot carry a constraint."""
+    try:
+        return str(prescribed(scheme))
+    except DeclarationError as error:
+        return f"refused: {error}"
 
 
 def _value(number: Expr | None) -> Any:

@@ -33,6 +33,7 @@ TITLES = {
     "A_stable": "stable for every Ω and every ξ",
     "L_stable": "and its spectral radius tends to 0",
     "overshoot": "overshoot: powers with which u and v/ω grow in a step as Ω → ∞",
+    "constrained": "error where a constraint prescribes the motion r(t): of v over r‴, of the multiplier over r⁗ at h²",
     "bifurcation": "the complex pair of eigenvalues becomes real at Ω",
     "symmetric": "symmetric",
     "symplectic": "symplectic",

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
     from ..derived.facade import ClosedForm
 
-Part = Literal["relations", "stiffness", "amplification", "spectrum", "load", "series", "nonlinear", "all"]
+Part = Literal[
+    "relations", "stiffness", "amplification", "spectrum", "load", "series", "nonlinear", "constrained", "all"
+]  # fmt: skip
 COLUMNS = ("scheme", "order", "rho_inf", "stable", "solves", "growth")
 GROWTH = "growth U2-V3: in the first step u grows like Omega^2, v/omega like Omega^3"
 LINE = 78  # columns of a line in lists
@@ -121,6 +123,7 @@ def _print_facts(s: Scheme, row: "Mapping[str, Any]", name: str) -> None:
         "stable, undamped": "for every Omega" if row["critical_Omega"] == "none" else _limit(row),
         "A-stable, L-stable": f"{row['A_stable']}, {row['L_stable']}",
         "overshoot": row["overshoot"],
+        "constrained": row["constrained"],
         **{f"{kind}, first term": _term(row[kind]) for kind in ("damping", "period")},
         **{f"K_eff of balance {k}": text for k, text in enumerate(row["stiffness"], start=1)},
     }

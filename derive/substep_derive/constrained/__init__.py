@@ -1,0 +1,1 @@
+"""Step -> what a scheme makes of a motion that is constrained."""
