@@ -41,7 +41,8 @@ class Scene:
     force as a function of t, or of `sampled`, which stands for a load that the user gives.
     start: coordinate and rate -> value at t = 0; acceleration(coordinate) -> value where it is given
     rather than consistent with the equation of motion. length: the length to which Newton's tolerance is
-    relative. laws: name -> a force with memory over an elongation. outputs: name -> expression in coordinates and
+    relative. laws: name -> a force with memory over an elongation. constraints: name -> an expression in coordinates,
+    invariants, parameters and t that is kept at 0 by a reaction; its multiplier has the name. outputs: name -> expression in coordinates and
     invariants. energy_scale: the energy to which errors are relative in a scene that starts without energy.
     reference: where the scene is from.
     """
@@ -57,6 +58,7 @@ class Scene:
     dissipation: Expr = S.Zero
     load: Mapping[Symbol, Expr] = field(default_factory=dict[Symbol, Expr])
     laws: Mapping[str, Element] = field(default_factory=dict[str, Element])
+    constraints: Mapping[str, Expr] = field(default_factory=dict[str, Expr])
     outputs: Mapping[str, Expr] = field(default_factory=dict[str, Expr])
     energy_scale: Expr | None = None
     reference: str = ""
@@ -68,6 +70,7 @@ class Scene:
             *self.accelerations,
             *self.invariants,
             *(s for names in self.memory_of.values() for s in names.values()),
+            *self.multipliers,
         )
         check_scene(self.name, [p.symbol for p in self.parameters], q, derived, self.outputs)
         values = {p.symbol for p in self.parameters}
@@ -78,6 +81,12 @@ class Scene:
             self._known(f"elongation of {name}", element.elongation, values | set(q))
             for what, value in element.values.items():
                 self._known(f"{what} of {name}", value, values)
+        for name, g in self.constraints.items():
+            self._known(f"constraint {name}", g, values | set(q) | set(self.invariants) | {t})
+            if not g.subs(self.invariants).free_symbols & set(q):
+                raise DeclarationError(
+                    f"{self.name}: expected constraint {name} to depend on coordinates, got {g}; write what is to be 0"
+                )
         for symbol, force in self.load.items():
             self._known(f"load on {symbol}", force, values | {t, sampled})
         for symbol, e in (*self.start.items(), ("length", self.length)):
@@ -131,6 +140,7 @@ class Scene:
             dissipation=renamed(self.dissipation),
             load=all_renamed(self.load),
             laws={name: element.renamed(names) for name, element in self.laws.items()},
+            constraints=all_renamed(self.constraints),
             outputs=all_renamed(self.outputs),
             energy_scale=renamed(self.energy_scale),
         )
@@ -143,6 +153,11 @@ class Scene:
             name: {s: Symbol(f"{name}_{s.name}") if several else s for s in element.law.memory}
             for name, element in self.laws.items()
         }
+
+    @property
+    def multipliers(self) -> tuple[Symbol, ...]:
+        """Symbols of the constraints' multipliers, each with its constraint's name."""
+        return tuple(map(Symbol, self.constraints))
 
     @property
     def rates(self) -> tuple[Symbol, ...]:

@@ -17,6 +17,8 @@ from .printing import ArrayPrinter, block, docstring, fill, literal_tuple, with_
 from .templates.scene import LOG_COSH, SCENE_FUNCTION, SCENE_HEADER, SCENES
 from .templates.scheme import BANNER
 
+CONSTRAINED = "Matrix, row by row, and right side of the equations for acceleration and multipliers."
+DRIFT = "What constraints keep at 0, and its time derivatives."
 COMMIT = "What laws remember once it is committed at a displacement, `elapsed` s after that given."
 
 
@@ -34,6 +36,7 @@ def energies_and_forces(motion: EquationsOfMotion) -> str:
         "tangent stiffness": motion.tangent(q).tolist(),
         "load": list(motion.load) if any(motion.load) else None,
         "angular momentum": motion.angular_momentum,
+        **{f"constraint {name}": f"{g} = 0" for name, g in motion.scene.constraints.items()},
         **{f"memory {s}": f"{e}, then {motion.commit[s]}" for s, e in motion.memory.items()},
     }
     return "\n".join(f"    {name}: {form}" for name, form in forms.items() if form is not None)
@@ -44,11 +47,18 @@ def scene_module(motion: EquationsOfMotion) -> str:
     scene = motion.scene
     declared, motion = motion, motion.in_kernels
     values = tuple(p.symbol for p in motion.scene.parameters)
-    acceleration = motion.consistent_acceleration
     functions = [
-        _function("energy", values, "Kinetic energy and potential, in J for units of kg, m, s.", motion, motion.energy),
-        _function("acceleration", values, "Acceleration from the equation of motion.", motion, acceleration),
+        _function("energy", values, "Kinetic energy and potential, in J for units of kg, m, s.", motion, motion.energy)
     ]
+    if scene.constraints:
+        matrix, right = motion.constrained
+        functions.append(_function("constrained", values, CONSTRAINED, motion, [*matrix, *right]))
+        functions.append(_function("drift", values, DRIFT, motion, [*motion.constraints, *motion.drift[0]]))
+    else:
+        acceleration = motion.consistent_acceleration
+        functions.append(
+            _function("acceleration", values, "Acceleration from the equation of motion.", motion, acceleration)
+        )
     if motion.angular_momentum is not None:
         text = "Angular momentum about the pivot, in kg m^2/s."
         functions.append(_function("angular_momentum", values, text, motion, motion.angular_momentum))
@@ -149,6 +159,8 @@ def scene_entry(motion: EquationsOfMotion) -> str:
     if motion.memory:
         entry["memory"] = literal_tuple(f'"{s}"' for s in motion.memory)
         entry["unstrained"] = function(literal_tuple(number(e) for e in motion.in_kernels.memory.values()))
+    if scene.constraints:
+        entry["multipliers"] = literal_tuple(f'"{name}"' for name in scene.constraints)
     return "{\n" + "".join(f'        "{key}": {value},\n' for key, value in entry.items()) + "    }"
 
 

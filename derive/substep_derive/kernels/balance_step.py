@@ -31,6 +31,7 @@ class BalanceStep:
     linear, and inverse is what would be inverted before any law yields. free: the residual's derivative by z without
     internal force. bounds: names of two values of z between which the root is kept, and their values before the first
     iteration; where laws make the residual bend. commits: of what laws remember, once the balance is solved.
+    multipliers: how many of the last unknowns are those of constraints, of which the last rows of the residual are.
     """
 
     k: int
@@ -47,6 +48,7 @@ class BalanceStep:
     solved: Assignments = field(default_factory=Assignments)
     bounds: Assignments = field(default_factory=Assignments)
     commits: Assignments = field(default_factory=Assignments)
+    multipliers: int = 0
 
     @property
     def residual_names(self) -> Matrix:
@@ -82,6 +84,8 @@ class BalanceStep:
             return entries, self._bounded(factor), change
         if size == 1:
             return entries, assign(change, factor * R / J[0]), change
+        if size > 2:
+            return entries, _eliminated(J, R, change, factor), change
         solve = assign(Matrix([one_over, *change]), Matrix([factor / J.det(), *(J.adjugate() * R * one_over)]))
         return entries, solve, change
 
@@ -101,6 +105,32 @@ class BalanceStep:
                 ),
             ),
         ]
+
+
+def _eliminated(matrix: Matrix, right: Matrix, solution: Matrix, factor: Expr) -> Assignments:
+    """Gauss's elimination in the order of the rows, written out, for the solution times factor.
+
+    Coordinates come before multipliers, whose rows have no diagonal until the coordinates are eliminated.
+    """
+    size, found = len(solution), Assignments()
+    rows = [[*matrix.row(i), right[i]] for i in range(size)]
+    over = symbols(f"over_:{size}")
+    for k in range(size):
+        found.append((over[k], 1 / rows[k][k]))
+        for i in range(k + 1, size):
+            if rows[i][k] == 0:
+                continue
+            times = Symbol(f"times_{i}_{k}")
+            found.append((times, rows[i][k] * over[k]))
+            for j in range(k + 1, size + 1):
+                if rows[k][j] != 0:
+                    left = Symbol(f"left_{k}_{i}_{j}")
+                    found.append((left, rows[i][j] - times * rows[k][j]))
+                    rows[i][j] = left
+    for k in reversed(range(size)):
+        known = Add(*(rows[k][j] * solution[j] for j in range(k + 1, size)))
+        found.append((solution[k], (factor * rows[k][size] - known) * over[k]))
+    return found
 
 
 @dataclass(frozen=True)
@@ -156,6 +186,7 @@ def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
             slope = slope + displacement.diff(s) * c_u * w.motion.tangent([Integer(0)] * w.size)
         residual = w.hoisted(still + by_rate + w.vector(force))
         return BalanceStep(k, z, before, [], residual, slope, w.inverse(slope), None, Integer(0), after, free)
+    w.unknown = Matrix([Symbol(f"multiplier{k + 1}_{s}") for s in w.motion.scene.multipliers])
     mixed, forces, known, by_z = _moving_force(w, stage, reach)
     per_mass, of_rate = _per_mass(w.motion), not rate_slope.is_zero_matrix
     slope, plain, forces, by_z, still = (
@@ -179,11 +210,35 @@ def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
     else:
         one_over = w.reciprocal(solved(next(iter(reach)))[0].diff(z[0]), c_u)
         first = (w.components(last) - w.components(predicted(0))) * one_over
+    if w.motion.scene.constraints:
+        residual, jacobian = _constrained(w, reach, w.hoisted(residual), w.hoisted(slope + by_z), forces)
+        start, unknown = Matrix([*first, *w.reactions[last]]), Matrix([*z, *w.unknown])
+        w.reactions[next(iter(reach))] = w.unknown
+        return BalanceStep(
+            k, unknown, before, reached + mixed, residual, jacobian, Matrix(), start, c_u, after, slope,
+            multipliers=len(w.unknown),
+        )  # fmt: skip
     bends = bool(w.motion.scene.laws) and w.size == 1
     return BalanceStep(
         k, z, before, reached + mixed, w.hoisted(residual), w.hoisted(slope + by_z), Matrix(), first, c_u, after, slope,
         bounds=[(Symbol(f"low_{k}"), -oo), (Symbol(f"high_{k}"), oo)] if bends else [],
     )  # fmt: skip
+
+
+def _constrained(
+    w: Writer, reach: dict[Symbol, Expr], residual: Matrix, jacobian: Matrix, forces: Matrix
+) -> tuple[Matrix, Matrix]:
+    """The residual with the constraints at the displacement that moves, and its derivative by z and multipliers.
+
+    The constraints are divided by that displacement's derivative by z, so that nothing depends on the step.
+    """
+    ((u, c_u),) = reach.items()
+    at, when = list(w.components(u)), w.when(u)
+    held = w.hoisted(w.motion.constraints_at(at, when) * w.constant(1 / c_u))
+    directions = w.hoisted(w.motion.directions_at(at, when))
+    by_multipliers = w.hoisted(forces.jacobian(w.unknown))
+    below = Matrix.hstack(directions, zeros(len(w.unknown)))
+    return Matrix([*residual, *held]), Matrix.vstack(Matrix.hstack(jacobian, by_multipliers), below)
 
 
 def _rate_force(w: Writer, speed: Matrix, z: Matrix) -> tuple[Matrix, Matrix]:

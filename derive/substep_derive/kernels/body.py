@@ -9,6 +9,7 @@ from typing import Any
 
 from sympy import Abs, Expr, Integer, Matrix, Ne, Piecewise, Symbol, oo, true
 
+from ..constrained.prescribed import prescribed
 from ..declare.errors import DeclarationError
 from ..declare.scheme import Scheme
 from ..declare.symbols import N, knot, knot_of, steps_back, successor, t
@@ -89,9 +90,13 @@ class Body:
         w = Writer(near, motion, stencil, now=now, began=BEGAN if now is None else knot(0).u)
         w.fixed.update(weights)
         ends = sub_step_ends(exact) if motion.scene.laws else ()  # which refuses a discrete gradient of any law
-        if motion.memory:
+        if motion.memory or motion.scene.constraints:
             w.instants |= passed(lowered)
+        if motion.memory:
             w.committed[knot(0).u] = Integer(0)
+        if motion.scene.constraints:
+            _require_holding(scheme)
+            w.reactions[knot(0).u] = _multipliers(motion)
         reads = [*outputs, *errors, *read, *(end.u for end in ends if motion.memory)]
         wanted = _wanted(near, prior, found, reads, damped=damped)
         known = written(w, {s: e for s, e in prior.items() if s in wanted})
@@ -116,6 +121,7 @@ class Body:
         last_commit = w.commit(report[0], Integer(1))
         remembered = w.memory(len(w.committed) - 1)
         memory: Assignments = list(zip(w.memory(0).values(), remembered.values(), strict=True))
+        memory += zip(_multipliers(motion), w.reactions.get(knot(1).u, w.unknown), strict=True)
         at = dict(zip((*motion.coordinates, *motion.scene.rates), (*report[0], *report[1]), strict=True))
         energy = w.hoist(motion.energy.subs({**at, **remembered, t: w.instant(Integer(1))}, simultaneous=True))
         estimates = [w.vector(e) for e in errors]
@@ -270,10 +276,31 @@ def _start(scheme: Scheme, motion: EquationsOfMotion) -> Start:
     assert expressions is not None
     stencil = instants(expressions, scheme.typical)
     w = Writer(
-        scheme, motion, stencil, began=knot(0).u, instants={knot(0).u: Integer(0)}, committed={knot(0).u: Integer(0)}
-    )
+        scheme, motion, stencil, began=knot(0).u, instants={knot(0).u: Integer(0)}, committed={knot(0).u: Integer(0)},
+        reactions={knot(0).u: _multipliers(motion)},
+    )  # fmt: skip
     state = Matrix.hstack(*(w.hoisted(w.vector(e).subs(STEPS[0], SINCE)) for e in expressions))
     return Start(w.constants, state, stencil)
+
+
+def _multipliers(motion: EquationsOfMotion) -> Matrix:
+    """The multipliers of constraints at t_n, of the last reaction there."""
+    return Matrix([Symbol(f"multiplier_{s}") for s in motion.scene.multipliers])
+
+
+def _require_holding(scheme: Scheme) -> None:
+    """Raises DeclarationError for a scheme whose reactions do not hold each displacement that it takes forces at."""
+    found, step = prescribed(scheme), Step.of(scheme)
+    if any(stage.c_u == 0 for stage in step.stages):
+        raise DeclarationError(
+            f"{scheme.name} is explicit: expected each balance to move the displacement that it takes the force at, for "
+            "its reaction to hold a constraint there; take an implicit scheme, or a scene without constraints"
+        )
+    if not found.at_end:
+        raise DeclarationError(
+            f"{scheme.name} takes no force at the end of its steps: expected a reaction that holds the displacement "
+            "there, which would drift from the constraint; take another scheme"
+        )
 
 
 def _wanted(

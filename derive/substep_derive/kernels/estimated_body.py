@@ -62,6 +62,11 @@ class EstimatedBody:
         Raises DeclarationError as `Body.of`, and for a scheme whose state holds values before t_n or does not
         begin with u_0, v_0, a_0: its step cannot change.
         """
+        if motion.scene.constraints:
+            raise DeclarationError(
+                f"{motion.scene.name}: expected a scene without constraints where steps change, since the estimated "
+                f"error would not say that of the reaction, got {', '.join(motion.scene.constraints)}; give dt"
+            )
         if earlier_ones := [s for s in scheme.state if s not in knot(0)]:
             raise DeclarationError(
                 f"{scheme.name}: expected a state at t_n alone where steps change, got {earlier_ones[0]}, which stands "

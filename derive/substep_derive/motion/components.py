@@ -61,6 +61,8 @@ class Writer:
     instants: dict[Symbol, Expr] = field(default_factory=dict)  # what symbols are in a motion u = t with h = 1
     committed: dict[Symbol, Expr] = field(default_factory=dict)  # displacements where memory was, and their instants
     began: Symbol = BEGAN  # the displacement at which K0 is taken
+    reactions: dict[Expr, Matrix] = field(default_factory=dict)  # multipliers by the displacement of their force
+    unknown: Matrix = field(default_factory=Matrix)  # those of the balance that is written
 
     def __post_init__(self) -> None:
         self.fixed |= set(self.scheme.values) | {p.symbol for p in self.motion.scene.parameters} | {h}
@@ -75,6 +77,10 @@ class Writer:
     def instant(self, tau: Expr) -> Expr:
         """The time t_n + tau*h."""
         return h * (STEPS[0] + tau) if self.now is None else self.now + tau * h
+
+    def when(self, argument: Expr) -> Expr:
+        """The time of a displacement, or of a mixture of some."""
+        return self.instant(argument.subs({**self.instants, h: 1}))
 
     @property
     def size(self) -> int:
@@ -212,11 +218,18 @@ class Writer:
 
     def _value(self, atom: Expr) -> Matrix:
         if isinstance(atom, N):
-            force = self.motion.force(list(self.vector(atom.args[0])))
+            at = list(self.vector(atom.args[0]))
+            force = self.motion.force(at)
+            if self.motion.scene.constraints:
+                multipliers = self.reactions.get(atom.args[0], self.unknown)
+                force += self.motion.directions_at(at, self.when(atom.args[0])).T * multipliers
             return force.subs(self.remembered(atom.args[0]), simultaneous=True)
         if isinstance(atom, N_discrete):
             old, new = (list(self.vector(argument)) for argument in atom.args)
-            return self.motion.discrete_gradient(old, new)
+            gradient = self.motion.discrete_gradient(old, new)
+            if self.motion.scene.constraints:
+                gradient += self.motion.discrete_directions(old, new).T * self.unknown
+            return gradient
         if isinstance(atom, f):
             given = Symbol(f"f_{self.stencil.index(atom.args[0])}")
             return self.motion.load.subs({sampled: given, t: self.instant(atom.args[0])})

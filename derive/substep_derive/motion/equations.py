@@ -1,7 +1,7 @@
 """Scene -> EquationsOfMotion: equations of motion, tangent, invariants and discrete gradient, from the energies."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from sympy import Dummy, Expr, Integer, Matrix, Symbol, cancel, diag, factor, powdenest, simplify, sqrt, sympify, zeros
@@ -152,6 +152,64 @@ class EquationsOfMotion:
         """The slope of their force at the coordinates, by branch."""
         return Matrix([[slope(x, q) for q in self.coordinates] for x in self._of_laws(of_rate=False)])
 
+    @cached_property
+    def constraints(self) -> Matrix:
+        """What constraints keep at 0, (c, 1)."""
+        return Matrix([tidy(g).subs(self.scene.invariants) for g in self.scene.constraints.values()])
+
+    @cached_property
+    def directions(self) -> Matrix:
+        """The derivatives (c, d) of the constraints by the coordinates."""
+        return self.constraints.jacobian(self.coordinates)
+
+    def constraints_at(self, u: Sequence[Expr], at: Expr) -> Matrix:
+        """What constraints keep at 0, at the displacement u and the time `at`."""
+        return self.constraints.subs({t: at, **dict(zip(self.coordinates, u, strict=True))}, simultaneous=True)
+
+    def directions_at(self, u: Sequence[Expr], at: Expr) -> Matrix:
+        """Their derivatives (c, d) there; the transposed times the multipliers is a force, as `force` has it."""
+        return self.directions.subs({t: at, **dict(zip(self.coordinates, u, strict=True))}, simultaneous=True)
+
+    def discrete_directions(self, u0: Sequence[Symbol], u1: Sequence[Symbol]) -> Matrix:
+        """Discrete gradients (c, d) of the constraints between two displacements: see `discrete_gradient`.
+
+        Raises DeclarationError for a constraint that holds the time, which has none.
+        """
+        rows = []
+        for name, g in self.scene.constraints.items():
+            if g.has(t):
+                raise DeclarationError(
+                    f"{self.scene.name}: expected constraint {name} without time, for a scheme that takes forces as "
+                    f"discrete gradients, got {g}; take another scheme"
+                )
+            alone = replace(self.scene, potential=g, constraints={}, laws={})
+            rows.append(EquationsOfMotion(alone).discrete_gradient(u0, u1).T)
+        return Matrix.vstack(*rows)
+
+    @cached_property
+    def drift(self) -> tuple[Matrix, Matrix]:
+        """The first time derivative (c, 1) of the constraints, and of the second what does not depend on accelerations."""
+        along = [*zip(self.coordinates, self.scene.rates, strict=True), (t, Integer(1))]
+
+        def rate_of(e: Expr) -> Expr:
+            return sum((e.diff(q) * v for q, v in along), Integer(0))
+
+        first = self.constraints.applyfunc(rate_of)
+        return first, first.applyfunc(rate_of)
+
+    @cached_property
+    def constrained(self) -> tuple[Matrix, Matrix]:
+        """The matrix (d + c, d + c) and the right side of the equations for acceleration and multipliers.
+
+        They are the equation of motion, and the second time derivative of the constraints.
+        """
+        c = self.constraints.rows
+        rest = self.load - self.damping * Matrix(self.scene.rates) - self._force - self.rate_force
+        matrix = Matrix.vstack(
+            Matrix.hstack(self.mass, self.directions.T), Matrix.hstack(self.directions, zeros(c, c))
+        )
+        return matrix, Matrix.vstack(rest, -self.drift[1])
+
     def tangent_at_start(self, u: Sequence[Expr]) -> Matrix:
         """Tangent stiffness at the displacement u, of laws that of their start, before they are strained."""
         unstrained = {**self.memory, **dict.fromkeys(self.coordinates, 0), elapsed: 0}
@@ -167,7 +225,7 @@ class EquationsOfMotion:
     @property
     def linear(self) -> bool:
         """Whether the force is linear in the coordinates, without memory, and in the rates."""
-        return not self.scene.laws and not self._tangent.free_symbols & set(self.coordinates)
+        return not (self.scene.laws or self.scene.constraints) and not self._tangent.free_symbols & set(self.coordinates)
 
     @cached_property
     def oscillator(self) -> tuple[Expr, Expr, Expr] | None:

@@ -140,7 +140,8 @@ class SceneInfo:
     circular frequency, damping ratio and mass of a linear oscillator, and is None for any other scene. outputs: names
     of further results. angular_momentum: whether it has one. sampled: whether the user gives the load. damped: whether
     its velocity causes a force. memory: names of what its laws remember; unstrained: a function of the parameters, its
-    values before anything is strained. declaration: of a scene of the user's own.
+    values before anything is strained; multipliers: names of those of its constraints, which are the last of memory.
+    declaration: of a scene of the user's own.
     """
 
     name: str
@@ -157,6 +158,7 @@ class SceneInfo:
     damped: bool = field(compare=False)
     memory: tuple[str, ...] = field(compare=False)
     unstrained: Callable[..., tuple[Any, ...]] | None = field(compare=False)
+    multipliers: tuple[str, ...] = field(compare=False)
     reference: str = field(compare=False)
     declaration: "SceneDeclaration | None" = field(compare=False)
 
@@ -184,8 +186,9 @@ class SceneInfo:
             angular_momentum=entry["angular_momentum"],
             sampled=entry["sampled"],
             damped=entry["damped"],
-            memory=entry.get("memory", ()),
+            memory=(*entry.get("memory", ()), *entry.get("multipliers", ())),
             unstrained=entry.get("unstrained"),
+            multipliers=entry.get("multipliers", ()),
             reference=entry["reference"],
             declaration=declaration,
         )

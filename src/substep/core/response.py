@@ -102,9 +102,21 @@ class Response:
 
     @property
     def memory(self) -> Mapping[str, Array]:
-        """What the laws of the scene remember, each (n+1,), by name; empty where they remember nothing."""
+        """What the laws of the scene remember, each (n+1,), by name; empty where they remember nothing.
+
+        Of each constraint it is the multiplier with which the last balance of a step was solved: see `multipliers`.
+        """
         rows = self.memories
         return {} if rows is None else {name: rows[:, k] for k, name in enumerate(self.scene.info.memory)}
+
+    @property
+    def multipliers(self) -> Mapping[str, Array]:
+        """The multiplier (n+1,) of each constraint of the scene, by name, from the equations of motion at u, v and t.
+
+        It is as accurate as u and v, also where the scheme's own one, in `memory`, is of lower order.
+        """
+        found = self.scene.multipliers(self.t, self.u, self.v, *self._remembered(slice(None)))
+        return {name: found[:, k] for k, name in enumerate(self.scene.info.multipliers)}
 
     @property
     def energy_dissipated(self) -> Array:

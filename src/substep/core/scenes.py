@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from . import constraints
 from .arrays import Array, Values, by_value
 from .entries import SceneInfo
 from .equilibrium import equilibrium
@@ -94,14 +95,23 @@ class Scene:
 
     @property
     def memory0(self) -> Array:
-        """What its laws remember (k,), of lanes (P, k), at t = 0: committed at u0, to which they were strained."""
-        assert self.info.unstrained is not None
-        before = _joined(self.info.unstrained(*self.parameters.values()), self.u0.shape[:-1])
-        return self.committed(self.u0, before)
+        """What its laws remember (k,), of lanes (P, k), at t = 0, and the multipliers of its constraints there.
+
+        Laws are committed at u0, to which they were strained.
+        """
+        before = self.info.unstrained(*self.parameters.values()) if self.info.unstrained else ()
+        found = _joined([*before, *(0.0 for _ in self.info.multipliers)], self.u0.shape[:-1])
+        found = self.committed(self.u0, found)
+        if c := len(self.info.multipliers):
+            found[..., -c:] = self.multipliers(np.zeros(self.u0.shape[:-1]), self.u0, self.v0, found)
+        return found
 
     def committed(self, u: Array, memory: Array, elapsed: ArrayLike = 0.0) -> Array:
         """What its laws remember (..., k) once it is committed at u (..., d), elapsed s after memory (..., k)."""
-        return self._evaluate("commit", np.zeros(()), u, u, memory=memory, elapsed=elapsed)
+        if not self.info.unstrained:
+            return memory.copy()
+        laws = self._evaluate("commit", np.zeros(()), u, u, memory=memory, elapsed=elapsed)
+        return np.concatenate([laws, memory[..., laws.shape[-1] :]], axis=-1)
 
     def energy(self, t: Array, u: Array, v: Array, memory: Array | None = None) -> Array:
         """Kinetic energy and potential (...,) at times t (...,) for u, v (..., d); inf beyond about 1e154.
@@ -114,10 +124,20 @@ class Scene:
         self, t: Array, u: Array, v: Array, memory: Array | None = None, *, force: float | None = None
     ) -> Array:
         """Acceleration (..., d) from the equation of motion; force: in place of the load's at t."""
-        if force is not None:
-            return self._evaluate("acceleration", t, u, v, force, memory=memory)
-        at = np.asarray(t)[None] if isinstance(self.load, LoadLanes) and np.ndim(u) > np.ndim(t) + 1 else t
-        return self._evaluate("acceleration", t, u, v, self.forces(at), memory=memory)
+        if force is None:
+            at = np.asarray(t)[None] if isinstance(self.load, LoadLanes) and np.ndim(u) > np.ndim(t) + 1 else t
+            force = self.forces(at)
+        if self.info.multipliers:
+            return self._constrained(t, u, v, memory, force)[..., : u.shape[-1]]
+        return self._evaluate("acceleration", t, u, v, force, memory=memory)
+
+    def multipliers(self, t: Array, u: Array, v: Array, memory: Array | None = None) -> Array:
+        """The multipliers (..., c) of its constraints that the equations of motion give for u, v (..., d) at t (...,)."""
+        return self._constrained(t, u, v, memory, self.forces(t))[..., u.shape[-1] :]
+
+    def _constrained(self, t: Array, u: Array, v: Array, memory: Array | None, force: Any) -> Array:
+        values = self._evaluate("constrained", t, u, v, force, memory=memory)
+        return constraints.solved(values, u.shape[-1], len(self.info.multipliers))
 
     def angular_momentum(self, t: Array, u: Array, v: Array) -> Array | None:
         """Angular momentum (...,) about the pivot; None for a scene without one."""
@@ -149,12 +169,13 @@ class Scene:
 
         Raises ValueError where laws have a memory that is not given: what they do is not known without it.
         """
-        if self.info.memory and memory is None:
+        laws = len(self.info.memory) - len(self.info.multipliers)
+        if laws and memory is None:
             raise ValueError(
                 f"expected the memory of {self.name}'s laws, {', '.join(self.info.memory)}, beside u and v, got none; "
                 "give that of a response, r.memory"
             )
-        given = [memory] if self.info.memory else []
+        given = [memory[..., :laws]] if laws and memory is not None else []
         last = [elapsed] if elapsed is not None else [force] if self.info.sampled else []
         inner = (1,) * (np.ndim(u) - 2)  # axes between a lane's and the coordinates'
         values = (x.reshape(-1, *inner) if np.ndim(x) else x for x in self.parameters.values())
@@ -378,8 +399,24 @@ def make_scene(info: SceneInfo, values: Mapping[str, Any], a0: ArrayLike | str |
     assert u0 is not None
     assert v0 is not None
     draft = Scene(info, MappingProxyType(dict(values)), u0, v0, u0, load, a0)
+    if info.multipliers:
+        _require_allowed(draft)
     wanted = a0 if a0 is not None else "consistent" if given is None else given
     return replace(draft, a0=_acceleration(draft, wanted))
+
+
+def _require_allowed(scene: Scene) -> None:
+    """Raises ValueError for dependent constraints, and for a start that they do not allow."""
+    names, c, d = scene.info.multipliers, len(scene.info.multipliers), scene.u0.shape[-1]
+    u, v = np.atleast_2d(scene.u0), np.atleast_2d(scene.v0)
+    at = np.zeros(len(u)), u, v
+    memory = np.zeros((len(u), len(scene.info.memory)))
+    matrices, _ = constraints.parts(scene._evaluate("constrained", *at, memory=memory), d, c)
+    drifts = scene._evaluate("drift", *at, memory=memory)
+    lengths = np.broadcast_to(scene.length, len(u))
+    for matrix, drift, length, speed in zip(matrices, drifts, lengths, v, strict=True):
+        constraints.require_independent(scene.name, names, matrix)
+        constraints.require_allowed(scene.name, names, constraints.distances(matrix, drift, c), float(length), speed)
 
 
 def _remade(source: Any, parameters: dict[str, Any], a0: ArrayLike | str | None, load: Load | None) -> Scene:

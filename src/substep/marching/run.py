@@ -201,6 +201,8 @@ def _on_scene(scene: Scene, state: State) -> State:
                 f"expected {name} of start with {len(scene.u0)} numbers, for the coordinates {coordinates} of "
                 f"{scene.name}, got shape {x.shape}; give one for each"
             )
+    if scene.info.multipliers and not state.memory.keys() & set(scene.info.multipliers):
+        state = _with_multipliers(scene, state)
     if missing := set(scene.info.memory) ^ set(state.memory):
         raise ValueError(
             f"expected memory of start with {', '.join(scene.info.memory) or 'nothing'}, what the laws of {scene.name} "
@@ -212,6 +214,13 @@ def _on_scene(scene: Scene, state: State) -> State:
     at = np.array([state.t]), state.u[None], state.v[None]
     memory = _memory(scene, state)
     return replace(state, a=scene.acceleration(*at, None if memory is None else memory[None])[0])
+
+
+def _with_multipliers(scene: Scene, state: State) -> State:
+    """A state that does not say what the multipliers of constraints are, with those of the equations of motion."""
+    laws = [state.memory.get(name, math.nan) for name in scene.info.memory]
+    found = scene.multipliers(np.array([state.t]), state.u[None], state.v[None], np.array([laws]))[0]
+    return replace(state, memory={**state.memory, **dict(zip(scene.info.multipliers, found.tolist(), strict=True))})
 
 
 def _memory(scene: Scene, state: State | None) -> Array | None:
