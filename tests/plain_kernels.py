@@ -15,7 +15,7 @@ import substep as ss
 from substep.derived.modules import adaptive_pair, uncommitted_pair
 
 GENERATED = Path(__file__).parents[1] / "generated" / "substep_kernels"
-SCENE_BY_NAME = {scene.name: scene for scene in ALL if not scene.laws}
+SCENE_BY_NAME = {scene.name: scene for scene in ALL if not scene.laws and not scene.constraints}
 WITH_LAWS = {scene.name: scene for scene in ALL if scene.laws}  # tests of laws step every scheme on them
 
 

@@ -5,9 +5,10 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import hysteresis
 import numpy as np
 import pytest
-from hysteresis import Oscillator, exact, record
+from hysteresis import Oscillator, exact
 from matplotlib.figure import Figure
 from scipy.signal import lfilter
 from typer.testing import CliRunner
@@ -43,7 +44,7 @@ def ductile(hardening: float = 0.05, steps: int = 32) -> InelasticSpectrum:
 def between_events(T: float, strength: float, hardening: float) -> dict[str, float]:
     """Largest |u| at samples and between them, energy lost, excursions, and the displacement at rest at last."""
     of, end = Oscillator(2 * np.pi / T, 0.05, strength, hardening), DT * (len(motion()) - 1)
-    shaken = exact(of, record(DT, -motion()), end + 6 * T)
+    shaken = exact(of, hysteresis.record(DT, (-motion()).tolist()), end + 6 * T)
     u = shaken.at(np.linspace(0.0, end, 2 * len(motion()) - 1))[0]
     begun = [b.t for a, b in pairwise(shaken.arcs) if b.yields and b.yields != a.yields]
     return {

@@ -47,17 +47,15 @@ class Stepping:
             equations.append((u if at_once is None else at_once.xreplace(after)) - value)
         new = [*self.scheme.unknowns, *(s for p, s in reaction.items() if p not in carried)]
         known = [*self.scheme.state, *map(reaction.__getitem__, carried), *r]
-        A, B = (
-            np.array(Matrix(equations).jacobian(x).subs(values).tolist(), dtype=float) for x in (new, known)
-        )
+        A, B = (np.array(Matrix(equations).jacobian(x).subs(values).tolist(), dtype=float) for x in (new, known))
         solved = dict(zip(new, np.linalg.solve(A, -B), strict=True)) | dict(zip(known, np.eye(len(known)), strict=True))
         rows = [solved[successor(s)] for s in self.scheme.state]
         self.step = np.array([*rows, *(solved[reaction[later]] for later in carried.values())])
         self.reaction = {p: solved[s] for p, s in reaction.items() if p not in carried}
         reported = self.scheme.report.get(Symbol("v_1"), Symbol("v_1"))
         at = {s: solved[s] for s in reported.free_symbols & solved.keys()}
-        self.velocity = None if reported.has(N) else sum(
-            float(reported.diff(s).subs(values)) * row for s, row in at.items()
+        self.velocity = (
+            None if reported.has(N) else sum(float(reported.diff(s).subs(values)) * row for s, row in at.items())
         )
 
     def from_state(self, u: Symbol) -> Expr | None:
@@ -135,7 +133,9 @@ def test_a_constraint_is_an_infinitely_stiff_spring() -> None:
     implicit = [name for name in SCHEMES if CATALOGUE[name]["rho_inf"] != "oo"]
     assert len(implicit) > 25
     for name in implicit:
-        assert float(found(name).decay) == pytest.approx(CATALOGUE[name]["values"]["rho_inf"], rel=1e-12, abs=1e-12), name
+        assert float(found(name).decay) == pytest.approx(CATALOGUE[name]["values"]["rho_inf"], rel=1e-12, abs=1e-12), (
+            name
+        )
 
 
 def test_what_is_known() -> None:

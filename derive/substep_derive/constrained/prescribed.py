@@ -2,8 +2,8 @@
 
 A constraint leaves no choice in its normal direction: the displacement is a given r(t) at every knot where it is new,
 and the reaction is what that takes. With it each balance holds for any acceleration, so that the relations alone say
-which velocity and which reaction belong to r. For a smooth r both have errors in powers of h; what else a start holds is
-multiplied in each step by the roots of one polynomial.
+which velocity and which reaction belong to r. For a smooth r both have errors in powers of h; what else a start holds
+is multiplied in each step by the roots of one polynomial.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,7 +21,7 @@ from ..declare.catalogue import find
 from ..declare.errors import DeclarationError
 from ..declare.parameter_set import ParameterSet
 from ..declare.scheme import Scheme
-from ..declare.symbols import C, K0, M, N, N_discrete, Omega, h, kind_of, lam, steps_back, successor
+from ..declare.symbols import K0, C, M, N, N_discrete, Omega, h, kind_of, lam, steps_back, successor
 from ..oscillator.evaluation import Evaluation
 from ..oscillator.spectrum import moduli
 from ..step.step import Step
@@ -74,7 +74,9 @@ class Prescribed:
     def __str__(self) -> str:
         """In a line: both errors, what becomes of a wrong start, and whether u at the ends of steps drifts."""
         errors = f"v {self.velocity or 'exact'}, multiplier {self.multiplier or 'exact'}"
-        return f"{errors}; a wrong start: {self.start}" + ("" if self.at_end else "; u at the ends of steps is not held")
+        return f"{errors}; a wrong start: {self.start}" + (
+            "" if self.at_end else "; u at the ends of steps is not held"
+        )
 
     @property
     def start(self) -> str:
@@ -83,8 +85,8 @@ class Prescribed:
             return f"multiplied by the roots of {factor(self.polynomial.as_expr())}"
         if self.decay == 0:
             return f"gone after {self.polynomial.degree()} steps at the latest"
-        factor = f"times {float(self.decay):.6g} a step"
-        return f"grows, {'linearly' if abs(self.decay.n(40) - 1) < CLOSE else factor}" if self.grows else factor
+        times = f"times {float(self.decay):.6g} a step"
+        return f"grows, {'linearly' if abs(self.decay.n(40) - 1) < CLOSE else times}" if self.grows else times
 
 
 def prescribed(scheme: str | Scheme, **parameters: Any) -> Prescribed:
@@ -136,13 +138,15 @@ class _Motion:
         self.at, self.step, self.one = at, Step.of(at.scheme), at.field.domain.one
         if any(e.has(K0) for e in self.step.equations):
             raise DeclarationError(
-                f"{at.scheme.name} takes its coefficients from the structure: expected relations that hold whatever the "
-                "reaction is; take another scheme for constraints"
+                f"{at.scheme.name} takes its coefficients from the structure: expected relations that hold whatever "
+                "the reaction is; take another scheme for constraints"
             )
         self.places = list(dict.fromkeys(place for b in at.scheme.balances for place in _places(b.force)))
         later = {place: place.xreplace({s: successor(s) for s in self.step.state}) for place in self.places}
         self.carried = {
-            place: Symbol(f"a at {place}") for place in self.places if place != later[place] and later[place] in self.places
+            place: Symbol(f"a at {place}")
+            for place in self.places
+            if place != later[place] and later[place] in self.places
         }
         self.later = later
         self.z, self.state = self.step.accelerations, (*self.step.state, *self.carried.values())
@@ -193,9 +197,9 @@ class _Motion:
             own = [place for place in weights if place not in found]
             if len(own) != 1:
                 raise DeclarationError(
-                    f"{self.at.scheme.name}: expected each balance to take the internal force at one place that no other "
-                    f"one takes it at, so that its reaction is determined, got {balance.force}; take another scheme for "
-                    "constraints"
+                    f"{self.at.scheme.name}: expected each balance to take the internal force at one place that no "
+                    f"other one takes it at, so that its reaction is determined, got {balance.force}; take another "
+                    "scheme for constraints"
                 )
             inertia = self.row(balance.inertia)
             for place, weight in weights.items():
@@ -222,9 +226,9 @@ class _Motion:
             mine = next((x for x in among if x[2][k] and x not in found), None)
             if mine is None:
                 raise DeclarationError(
-                    f"{self.at.scheme.name}: expected the reaction of each balance to move a displacement, of this step "
-                    f"or the next, got none that balance {k + 1} moves and no earlier one holds; take another scheme "
-                    "for constraints"
+                    f"{self.at.scheme.name}: expected the reaction of each balance to move a displacement, of this "
+                    f"step or the next, got none that balance {k + 1} moves and no earlier one holds; take another "
+                    "scheme for constraints"
                 )
             found.append(mine)
         return found

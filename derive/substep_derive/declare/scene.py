@@ -42,9 +42,9 @@ class Scene:
     start: coordinate and rate -> value at t = 0; acceleration(coordinate) -> value where it is given
     rather than consistent with the equation of motion. length: the length to which Newton's tolerance is
     relative. laws: name -> a force with memory over an elongation. constraints: name -> an expression in coordinates,
-    invariants, parameters and t that is kept at 0 by a reaction; its multiplier has the name. outputs: name -> expression in coordinates and
-    invariants. energy_scale: the energy to which errors are relative in a scene that starts without energy.
-    reference: where the scene is from.
+    invariants, parameters and t that is kept at 0 by a reaction; its multiplier has the name. outputs: name ->
+    expression in coordinates and invariants. energy_scale: the energy to which errors are relative in a scene that
+    starts without energy. reference: where the scene is from.
     """
 
     name: str

@@ -126,7 +126,9 @@ class _Writer:
         parts = [Part(step.moving, False), Part(entries), Part(solve, False), Part(update, False)]
         texts = [self._part(part, depth, local) for part in parts]
         self.of_iterations.append(sum(count for _, count in texts) + len(step.z))
-        iteration = "\n".join([*(text for text, _ in texts), placed(_largest_of(change[: len(change) - step.multipliers, :]), depth)])
+        iteration = "\n".join(
+            [*(text for text, _ in texts), placed(_largest_of(change[: len(change) - step.multipliers, :]), depth)]
+        )
         failed = {} if self.layout.each else {"failed": placed([self.clock.failed], depth)}
         near = local.doprint(Symbol(f"near_{k}"))
         return fill(self.layout.newton, iteration=iteration, near=near, balance=k, **failed).strip("\n")

@@ -293,8 +293,8 @@ def _require_holding(scheme: Scheme) -> None:
     found, step = prescribed(scheme), Step.of(scheme)
     if any(stage.c_u == 0 for stage in step.stages):
         raise DeclarationError(
-            f"{scheme.name} is explicit: expected each balance to move the displacement that it takes the force at, for "
-            "its reaction to hold a constraint there; take an implicit scheme, or a scene without constraints"
+            f"{scheme.name} is explicit: expected each balance to move the displacement that it takes the force at, so "
+            "that its reaction holds a constraint there; take an implicit scheme, or a scene without constraints"
         )
     if not found.at_end:
         raise DeclarationError(

@@ -188,7 +188,7 @@ class EquationsOfMotion:
 
     @cached_property
     def drift(self) -> tuple[Matrix, Matrix]:
-        """The first time derivative (c, 1) of the constraints, and of the second what does not depend on accelerations."""
+        """The first time derivative (c, 1) of the constraints, and of the second what holds no acceleration."""
         along = [*zip(self.coordinates, self.scene.rates, strict=True), (t, Integer(1))]
 
         def rate_of(e: Expr) -> Expr:
@@ -205,9 +205,7 @@ class EquationsOfMotion:
         """
         c = self.constraints.rows
         rest = self.load - self.damping * Matrix(self.scene.rates) - self._force - self.rate_force
-        matrix = Matrix.vstack(
-            Matrix.hstack(self.mass, self.directions.T), Matrix.hstack(self.directions, zeros(c, c))
-        )
+        matrix = Matrix.vstack(Matrix.hstack(self.mass, self.directions.T), Matrix.hstack(self.directions, zeros(c, c)))
         return matrix, Matrix.vstack(rest, -self.drift[1])
 
     def tangent_at_start(self, u: Sequence[Expr]) -> Matrix:
@@ -225,7 +223,9 @@ class EquationsOfMotion:
     @property
     def linear(self) -> bool:
         """Whether the force is linear in the coordinates, without memory, and in the rates."""
-        return not (self.scene.laws or self.scene.constraints) and not self._tangent.free_symbols & set(self.coordinates)
+        return not (self.scene.laws or self.scene.constraints) and not self._tangent.free_symbols & set(
+            self.coordinates
+        )
 
     @cached_property
     def oscillator(self) -> tuple[Expr, Expr, Expr] | None:

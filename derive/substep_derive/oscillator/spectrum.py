@@ -87,10 +87,7 @@ def rho_infinity_at(evaluation: Evaluation) -> Expr:
 
 
 def moduli(polynomial: Poly, field: Field) -> list[tuple[Poly, int, Expr]]:
-    """Of each factor of a polynomial over the field that holds a variable: its multiplicity, its roots' largest modulus.
-
-    The modulus is exact.
-    """
+    """Each factor of a polynomial over the field, its multiplicity, and the largest modulus of its roots, exact."""
     number = closed_form(field.root, Omega) if field.root is not None else Integer(0)
     found = list[tuple[Poly, int, Expr]]()
     for part, times in polynomial.factor_list()[1]:

@@ -4,7 +4,7 @@ A scene's module has `constrained`, the matrix [M G^T; G 0] and the right side o
 multipliers, and `drift`, the constraints and their time derivatives, G those of the constraints by the coordinates.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -47,23 +47,47 @@ def require_independent(scene: str, names: Sequence[str], matrix: Array) -> None
         )
     if np.linalg.matrix_rank(matrix) < len(matrix):
         raise ValueError(
-            f"expected a mass of each coordinate of {scene} that constraints leave free, got none of one; give it a mass"
+            f"expected a mass for each coordinate of {scene} that constraints leave free, got one without; give it one"
         )
 
 
-def distances(matrix: Array, drift: Array, c: int) -> tuple[Array, Array]:
-    """How far displacement and velocity (c,) are from what each constraint allows, along its direction."""
-    across = np.linalg.norm(matrix[:-c, -c:], axis=0)
-    return drift[:c] / across, drift[c:] / across
+def distances(matrix: Array, drift: Array) -> Array:
+    """How far displacement and velocity (2, c) are from what each constraint allows, along its direction."""
+    c = drift.shape[1]
+    return drift / np.linalg.norm(matrix[:-c, -c:], axis=0)
 
 
-def require_allowed(scene: str, names: Sequence[str], off: tuple[Array, Array], length: float, v: Array) -> None:
+def require_allowed(scene: str, names: Sequence[str], off: Array, length: float, v: Array) -> None:
     """Raises ValueError for a start that is away from a constraint, or leaves it, with the amount."""
     scales = length, max(float(np.linalg.norm(v)), float(np.abs(off[1]).max()))
-    for what, x, scale in zip(("u", "v"), off, scales, strict=True):
+    for what, x, scale in zip("uv", off, scales, strict=True):
         worst = int(np.abs(x).argmax())
         if abs(x[worst]) > ALLOWED * scale:
             raise ValueError(
                 f"expected a start that the constraints of {scene} allow, got {what} off by {x[worst]:.3g} across "
-                f"'{names[worst]}'; correct it, or take the nearest one by project=True"
+                f"'{names[worst]}'; correct it, or march from start=scene.allowed(u, v), the nearest one"
             )
+
+
+def nearest(
+    scene: str, off: Callable[[Array, Array], tuple[Array, Array]], u: Array, v: Array, length: float
+) -> tuple[Array, Array]:
+    """u, v (d,) moved onto the constraints by as little as possible, measured by the mass; off: of u, v, see `Scene`.
+
+    Raises ValueError where corrections do not end.
+    """
+    for _ in range(MOST):
+        matrix, drift = off(u, v)
+        c = drift.shape[1]
+        right = np.zeros((len(matrix), 2))
+        right[-c:] = -drift.T
+        change = np.linalg.lstsq(matrix, right, rcond=None)[0][: len(u)]
+        if np.abs(change[:, 0]).max() <= 1e-15 * length:
+            return u, v + change[:, 1]
+        u = u + change[:, 0]
+        if not np.isfinite(u).all():
+            break
+    raise ValueError(
+        f"expected a start near one that the constraints of {scene} allow, got one from which {MOST} corrections reach "
+        "none; give a nearer one"
+    )

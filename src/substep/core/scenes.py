@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +19,7 @@ from .errors import called_as, real_array, real_number, unknown_name
 from .kernel_modules import loaded
 from .laws import LAWS, tried
 from .loads import Load, LoadLanes, values_at
+from .state import State
 from .units import TURN, require_angle, require_ratio
 
 if TYPE_CHECKING:
@@ -132,8 +133,36 @@ class Scene:
         return self._evaluate("acceleration", t, u, v, force, memory=memory)
 
     def multipliers(self, t: Array, u: Array, v: Array, memory: Array | None = None) -> Array:
-        """The multipliers (..., c) of its constraints that the equations of motion give for u, v (..., d) at t (...,)."""
+        """The multipliers (..., c) of its constraints, from the equations of motion at u, v (..., d) and t (...,)."""
         return self._constrained(t, u, v, memory, self.forces(t))[..., u.shape[-1] :]
+
+    def allowed(self, u: ArrayLike, v: ArrayLike, t: float = 0.0) -> State:
+        """The state at t nearest to u, v (d,) that the constraints allow, nearest by kinetic energy: to start from.
+
+        Raises ValueError where there is none nearby, for other shapes and for numbers that are not finite.
+        """
+        vectors = [np.atleast_1d(real_array(name, x)) for name, x in (("u", u), ("v", v))]
+        if any(x.shape != (len(self.coordinates),) for x in vectors):
+            raise ValueError(
+                f"expected u and v with {len(self.coordinates)} numbers for {self.name}, got shapes "
+                f"{', '.join(str(x.shape) for x in vectors)}; give one for each coordinate"
+            )
+        return State(t, *constraints.nearest(self.name, partial(self._off, t), *vectors, self.length))
+
+    def require_allowed(self, u: Array, v: Array, t: float = 0.0) -> None:
+        """Raises ValueError for dependent constraints at u, v (d,), and where they do not allow these."""
+        names = self.info.multipliers
+        matrix, drift = self._off(t, u, v)
+        constraints.require_independent(self.name, names, matrix)
+        constraints.require_allowed(self.name, names, constraints.distances(matrix, drift), self.length, v)
+
+    def _off(self, t: float, u: Array, v: Array) -> tuple[Array, Array]:
+        """The matrix (d + c, d + c) of `constrained`, and the constraints and their rates (2, c), at u, v (d,)."""
+        at = np.array([t]), u[None], v[None]
+        memory = np.zeros((1, len(self.info.memory)))
+        drift = self._evaluate("drift", *at, memory=memory)[0]
+        matrix, _ = constraints.parts(self._evaluate("constrained", *at, memory=memory), len(u), len(drift) // 2)
+        return matrix[0], drift.reshape(2, -1)
 
     def _constrained(self, t: Array, u: Array, v: Array, memory: Array | None, force: Any) -> Array:
         values = self._evaluate("constrained", t, u, v, force, memory=memory)
@@ -400,23 +429,11 @@ def make_scene(info: SceneInfo, values: Mapping[str, Any], a0: ArrayLike | str |
     assert v0 is not None
     draft = Scene(info, MappingProxyType(dict(values)), u0, v0, u0, load, a0)
     if info.multipliers:
-        _require_allowed(draft)
+        for where in np.ndindex(lanes):
+            one = Scene(info, {name: x[where] if np.ndim(x) else x for name, x in values.items()}, u0, v0, u0, load)
+            one.require_allowed(u0[where], v0[where])
     wanted = a0 if a0 is not None else "consistent" if given is None else given
     return replace(draft, a0=_acceleration(draft, wanted))
-
-
-def _require_allowed(scene: Scene) -> None:
-    """Raises ValueError for dependent constraints, and for a start that they do not allow."""
-    names, c, d = scene.info.multipliers, len(scene.info.multipliers), scene.u0.shape[-1]
-    u, v = np.atleast_2d(scene.u0), np.atleast_2d(scene.v0)
-    at = np.zeros(len(u)), u, v
-    memory = np.zeros((len(u), len(scene.info.memory)))
-    matrices, _ = constraints.parts(scene._evaluate("constrained", *at, memory=memory), d, c)
-    drifts = scene._evaluate("drift", *at, memory=memory)
-    lengths = np.broadcast_to(scene.length, len(u))
-    for matrix, drift, length, speed in zip(matrices, drifts, lengths, v, strict=True):
-        constraints.require_independent(scene.name, names, matrix)
-        constraints.require_allowed(scene.name, names, constraints.distances(matrix, drift, c), float(length), speed)
 
 
 def _remade(source: Any, parameters: dict[str, Any], a0: ArrayLike | str | None, load: Load | None) -> Scene:

@@ -24,8 +24,8 @@ def gained(r: Response, dt: float | None) -> str:
     more than ten times that at the start, by more than half of the largest kinetic energy: so that an energy which
     cancels at the start does not count.
     """
-    if r.growth <= TIMES or r.status != "completed" or len(r.u) < 2 or r.memories is not None:
-        return ""
+    if r.growth <= TIMES or r.status != "completed" or len(r.u) < 2 or r.scene.info.unstrained:
+        return ""  # laws with a memory keep an account of their own
     if r.scene.info.oscillator and dt is not None:
         return _unstable(r, dt)
     ends = [0, -1]

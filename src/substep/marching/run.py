@@ -169,6 +169,8 @@ def marched(
     state = None if start is None else _on_scene(scene, State.given(start))
     steps = steps_of(dt, tol, t_end, stride=stride, length=scene.length, start=state, chosen=chosen)
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
+    if scene.info.multipliers:
+        _require_decay(scene, scheme)
     if isinstance(steps, Control):
         return march_adaptive(scene, scheme, steps, bound=bound, start=state and _behind_jump(scene, state))
     n, stride = steps.n, steps.stride
@@ -192,6 +194,18 @@ def marched(
     return _response(scene, scheme, steps, rows, n_done, status, iterations, state, known, growth, memory)
 
 
+def _require_decay(scene: Scene, scheme: Scheme) -> None:
+    """Raises ValueError for a scheme that multiplies what a start has wrong, or rounding, on a constraint.
+
+    That is by its spectral radius at infinity, as a constraint is an infinitely stiff spring.
+    """
+    if scheme.rho_inf is not None and 1.0 + 1e-9 < float(scheme.rho_inf) < math.inf:
+        raise ValueError(
+            f"expected a scheme for {scene.name} that damps errors along its constraints, got {scheme.name}, which "
+            f"multiplies them by {float(scheme.rho_inf):.4g} in each step; take one with rho_inf <= 1"
+        )
+
+
 def _on_scene(scene: Scene, state: State) -> State:
     """The state where a run of the scene begins, with its acceleration. Raises ValueError for other coordinates."""
     for name, x in (("u", state.u), ("v", state.v), ("a", state.a), *state.history.items()):
@@ -201,6 +215,8 @@ def _on_scene(scene: Scene, state: State) -> State:
                 f"expected {name} of start with {len(scene.u0)} numbers, for the coordinates {coordinates} of "
                 f"{scene.name}, got shape {x.shape}; give one for each"
             )
+    if scene.info.multipliers and not state.of:  # a run's own velocities leave constraints by the scheme's error
+        scene.require_allowed(state.u, state.v, state.t)
     if scene.info.multipliers and not state.memory.keys() & set(scene.info.multipliers):
         state = _with_multipliers(scene, state)
     if missing := set(scene.info.memory) ^ set(state.memory):

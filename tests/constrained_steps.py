@@ -1,0 +1,93 @@
+"""Steps of a few schemes on points with rods, written out by hand: Newton's iteration on all unknowns, in NumPy.
+
+A motion is M a = f(u, v) - G(u)^T lambda with g(u) = 0. Nothing of the project is used.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Rods:
+    """Masses (d,), a force f(u, v), and g(u) (c,) with its derivatives G(u) (c, d)."""
+
+    masses: Array
+    force: Callable[[Array, Array], Array]
+    g: Callable[[Array], Array]
+    G: Callable[[Array], Array]
+
+    def reaction(self, u: Array, multipliers: Array) -> Array:
+        return self.G(u).T @ multipliers
+
+
+def root(F: Callable[[Array], Array], x: Array) -> Array:
+    """Newton's iteration with differences, until corrections are rounding."""
+    for _ in range(60):
+        y = F(x)
+        steps = 1e-7 * np.maximum(1.0, np.abs(x))
+        J = np.array([(F(x + e) - F(x - e)) / (2 * s) for s, e in zip(steps, np.diag(steps), strict=True)]).T
+        change = np.linalg.solve(J, y)
+        x = x - change
+        if np.abs(change).max() < 1e-13 * max(1.0, float(np.abs(x).max())):
+            break
+    return x
+
+
+def newmark(p: Rods, h: float, state: tuple[Array, ...], beta: float, gamma: float) -> tuple[Array, ...]:
+    u, v, a, old = state
+    d = len(u)
+
+    def at(z: Array) -> tuple[Array, Array]:
+        return u + h * v + h**2 * ((0.5 - beta) * a + beta * z), v + h * ((1 - gamma) * a + gamma * z)
+
+    def F(x: Array) -> Array:
+        u1, v1 = at(x[:d])
+        rest = p.masses * x[:d] - p.force(u1, v1) + p.reaction(u1, x[d:])
+        return np.append(rest, p.g(u1) / (beta * h**2))
+
+    x = root(F, np.append(a, old))
+    return (*at(x[:d]), x[:d], x[d:])
+
+
+def generalized_alpha(p: Rods, h: float, state: tuple[Array, ...], rho: float) -> tuple[Array, ...]:
+    """Inertia and forces at both ends, reactions with the weights of the forces."""
+    alpha_m, alpha_f = (2 * rho - 1) / (rho + 1), rho / (rho + 1)
+    beta, gamma = (1 - alpha_m + alpha_f) ** 2 / 4, 0.5 - alpha_m + alpha_f
+    u, v, a, old = state
+    d = len(u)
+    before = p.force(u, v) - p.reaction(u, old)
+
+    def at(z: Array) -> tuple[Array, Array]:
+        return u + h * v + h**2 * ((0.5 - beta) * a + beta * z), v + h * ((1 - gamma) * a + gamma * z)
+
+    def F(x: Array) -> Array:
+        u1, v1 = at(x[:d])
+        now = p.force(u1, v1) - p.reaction(u1, x[d:])
+        rest = p.masses * ((1 - alpha_m) * x[:d] + alpha_m * a) - (1 - alpha_f) * now - alpha_f * before
+        return np.append(rest, p.g(u1) / (beta * h**2))
+
+    x = root(F, np.append(a, old))
+    return (*at(x[:d]), x[:d], x[d:])
+
+
+def bathe(p: Rods, h: float, state: tuple[Array, ...]) -> tuple[Array, ...]:
+    """The trapezoidal rule to the middle, then three-point backward Euler."""
+    u, v, *_ = state
+    um, vm, am, middle = newmark(p, h / 2, state, 0.25, 0.5)
+    d = len(u)
+
+    def at(z: Array) -> tuple[Array, Array]:
+        v1 = (z * h - v + 4 * vm) / 3
+        return (v1 * h - u + 4 * um) / 3, v1
+
+    def F(x: Array) -> Array:
+        u1, v1 = at(x[:d])
+        rest = p.masses * x[:d] - p.force(u1, v1) + p.reaction(u1, x[d:])
+        return np.append(rest, 9 * p.g(u1) / h**2)
+
+    x = root(F, np.append(am, middle))
+    return (*at(x[:d]), x[:d], x[d:])

@@ -1,0 +1,278 @@
+"""Scenes with constraints: against exact motions, steps by hand, and what is derived of every scheme."""
+
+import os
+from functools import cache
+from typing import Any
+
+import constrained_steps
+import numpy as np
+import pytest
+from constrained_steps import Rods
+from scipy.integrate import solve_ivp
+from substep_derive import DeclarationError, Scene, prescribed, rate, required
+from substep_derive import t as time
+from sympy import Symbol, sin
+from test_prescribed import REFUSED as NOT_PRESCRIBED
+
+import substep as ss
+from substep.core.response import Response
+
+Array = np.ndarray
+VERIFY = os.environ.get("SUBSTEP_VERIFY")
+G = 9.81
+EXPLICIT = {name for name in ss.schemes() if ss.scheme(name).rho_inf == float("inf")} | {"bdf4"}  # by its starter
+DRIFTING = {"wilson_theta", "collocation", "crouzeix3", "crouzeix4"}
+GROWING = {"linear_acceleration": "3.732", "fox_goodwin": "9.899"}
+TAKEN = [name for name in ss.schemes() if name not in EXPLICIT | DRIFTING | GROWING.keys() | NOT_PRESCRIBED.keys()]
+ONE_OF_EACH = ("newmark", "bathe", "generalized_alpha", "hht_alpha_mixed_displacement", "bdf2", "energy_momentum")
+AT_THE_MEAN = ("energy_momentum", "hht_alpha_mixed_displacement", "generalized_alpha_mixed_displacement")
+CHANGES_SIGN = ("theta_method",)  # of its error in u, about these steps
+CHOSEN = TAKEN if VERIFY else [name for name in TAKEN if name in ONE_OF_EACH]
+
+# x, y, rates and the tension of a pendulum of unit mass and length from rest at the horizontal: quadrature to 20 digits
+PENDULUM = {
+    0.3: (0.905342850921633, -0.424681436237906, -1.22587000207992, -2.613329775781903, 12.498374668481569),
+    2.0: (0.793566195343322, -0.608483930443792, 2.10243787443613, 2.74193539301051, 17.9076820729608),
+}
+# angles, rates and tensions of two points on two rods from the horizontal, likewise
+DOUBLE = (-0.6250876998063906, -1.03458508568001, -3.92227957288798, -1.3030992486963, 41.636078872590, 19.945859696509)
+
+
+@cache
+def pendulum() -> Any:
+    return ss.scene("rod_pendulum", L=1.0, m=1.0, v0=0.0, g=G)
+
+
+@cache
+def marched(name: str, dt: float, t_end: float = 2.0) -> Response:
+    return ss.march(pendulum(), name, dt=dt, t_end=t_end)
+
+
+def errors(r: Response) -> Array:
+    """Of u, of v, of the multiplier of the equations of motion, and of the scheme's own, at 2 s."""
+    x, y, vx, vy, tension = PENDULUM[2.0]
+    found = np.hypot(*(r.u[-1] - (x, y))), np.hypot(*(r.v[-1] - (vx, vy)))
+    return np.array([*found, *(abs(r_[-1] - tension) for r_ in (r.multipliers["rod"], r.memory["rod"]))])
+
+
+@pytest.mark.parametrize("name", CHOSEN)
+def test_errors_fall_with_the_orders_that_are_derived(name: str) -> None:
+    """v and the multiplier that follows with it: the scheme's order or that of `prescribed`, whichever is less.
+
+    u at least so; the scheme's own multiplier the same with that of its reaction, where this is at the end of a step.
+    """
+    of = prescribed(name)
+    assert of.velocity is not None
+    assert of.multiplier is not None
+    expected = min(*ss.scheme(name).facts.order[:2], of.velocity.power)
+    orders = np.log2(errors(marched(name, 0.005)) / errors(marched(name, 0.0025)))
+    if name not in CHANGES_SIGN:
+        assert orders[0] > expected - 0.2, orders
+    assert orders[1] == pytest.approx(expected, abs=0.2), orders
+    assert orders[2] > expected - 0.35, orders
+    if name not in AT_THE_MEAN:
+        assert orders[3] == pytest.approx(min(expected, of.multiplier.power), abs=0.2), orders
+
+
+@pytest.mark.parametrize("name", CHOSEN)
+def test_constraints_hold_to_rounding_at_every_step(name: str) -> None:
+    r = marched(name, 0.005)
+    assert r.status == "completed"
+    assert np.abs((r.u**2).sum(axis=1) - 1.0).max() / 2 <= 1e-12
+
+
+def test_the_double_pendulum_at_a_fine_step() -> None:
+    """Angles from below, their rates, and both tensions, to the error of the scheme, which is of second order."""
+
+    def off(dt: float) -> Array:
+        r = ss.march("rod_double_pendulum", "bathe", dt=dt, t_end=1.0)
+        (x1, y1, x2, y2), (a1, b1, a2, b2) = r.u[-1], r.v[-1]
+        x, y, a, b = np.array([x1, x2 - x1]), np.array([y1, y2 - y1]), np.array([a1, a2 - a1]), np.array([b1, b2 - b1])
+        tension = [r.multipliers[name][-1] for name in ("rod1", "rod2")]
+        return np.array([*np.arctan2(x, -y), *(x * b - y * a), *tension]) - DOUBLE
+
+    coarse, fine = off(0.002), off(0.001)
+    assert np.abs(4 * fine - coarse).max() / 3 < 2e-5
+    assert np.abs(fine).max() < 0.01
+
+
+def rods(name: str) -> tuple[Any, Rods]:
+    """A scene of the catalogue, and the same written out by hand."""
+    if name == "rod_pendulum":
+        scene = ss.scene(name, L=1.5, m=2.0, v0=1.0, g=G)
+        return scene, Rods(
+            np.full(2, 2.0), lambda u, v: np.array([0.0, -2.0 * G]),
+            lambda u: np.array([u @ u - 1.5**2]) / 2, lambda u: u[None],
+        )  # fmt: skip
+
+    def both(u: Array) -> tuple[Array, Array]:
+        return u[:2], u[2:] - u[:2]
+
+    def G_of(u: Array) -> Array:
+        p, q = both(u)
+        return np.array([[*p, 0.0, 0.0], [*-q, *q]])
+
+    return ss.scene(name), Rods(
+        np.ones(4), lambda u, v: np.array([0.0, -G, 0.0, -G]),
+        lambda u: np.array([x @ x - 1.0 for x in both(u)]) / 2, G_of,
+    )  # fmt: skip
+
+
+STEPS = {
+    "newmark": ({"beta": 0.3025, "gamma": 0.6}, lambda *at: constrained_steps.newmark(*at, 0.3025, 0.6)),
+    "generalized_alpha": ({"rho_inf": 0.8}, lambda *at: constrained_steps.generalized_alpha(*at, 0.8)),
+    "bathe": ({}, constrained_steps.bathe),
+}
+
+
+@pytest.mark.parametrize("scheme", STEPS)
+@pytest.mark.parametrize("name", ["rod_pendulum", "rod_double_pendulum"])
+def test_steps_are_those_written_by_hand(name: str, scheme: str) -> None:
+    """u, v and the multipliers after each of 30 steps; by differences for derivatives, so not to the last digit."""
+    parameters, step = STEPS[scheme]
+    scene, p = rods(name)
+    r = ss.march(scene, ss.scheme(scheme, **parameters), dt=0.02, t_end=0.6)
+    names = list(r.multipliers)
+    state = scene.u0, scene.v0, scene.a0, np.array([r.memory[name][0] for name in names])
+    for k in range(1, 31):
+        state = step(p, 0.02, state)
+        assert np.allclose(r.u[k], state[0], rtol=0.0, atol=1e-9)
+        assert np.allclose(r.v[k], state[1], rtol=0.0, atol=1e-8)
+        assert np.allclose([r.memory[name][k] for name in names], state[3], rtol=1e-6, atol=1e-5)
+
+
+def test_energy_momentum_keeps_the_energy() -> None:
+    r = marched("energy_momentum", 0.01)
+    assert np.abs(r.energy).max() < 1e-11 * G
+
+
+def test_the_trapezoidal_rule_gains_energy_from_a_start_in_motion() -> None:
+    """Its multipliers have a double root at -1: it gains 1 % after 1 to 4 s, at any step, and goes on."""
+    x, y, vx, vy, _ = PENDULUM[0.3]
+    for dt in (0.02, 0.005):
+        r = ss.march(pendulum(), "average_acceleration", dt=dt, t_end=6.0, start={"u": [x, y], "v": [vx, vy]})
+        gained = np.abs(r.energy) > 0.01 * G
+        assert 1.0 < r.t[np.argmax(gained)] < 4.0
+        assert np.abs(r.energy).max() > 10 * G
+
+
+def test_a_prescribed_motion_follows_what_is_derived() -> None:
+    """A point driven along sin t: errors of its velocity and of the drive's force are those that `prescribed` gives."""
+    x, y = Symbol("x"), Symbol("y")
+    driven = Scene(
+        "driven_point", coordinates={x: "m", y: "m"}, kinetic=(rate(x) ** 2 + rate(y) ** 2) / 2, potential=y**2 / 2,
+        constraints={"drive": x - sin(time)}, parameters=(), start={x: 0, y: 1, rate(x): 1, rate(y): 0}, length=1,
+    )  # fmt: skip
+    dt = 0.01
+    r, found = ss.march(ss.scene(driven), "bathe", dt=dt, t_end=1.0), prescribed("bathe")
+    assert found.velocity is not None
+    assert found.multiplier is not None
+    assert np.allclose(r.u[:, 0], np.sin(r.t), rtol=0.0, atol=1e-14)
+    t = r.t[-1]
+    assert r.v[-1, 0] - np.cos(t) == pytest.approx(float(found.velocity.coefficient) * dt**2 * -np.cos(t), rel=0.05)
+    own = -(r.memory["drive"][-1]) + np.sin(t)  # the acceleration is minus the multiplier, per unit mass
+    assert own == pytest.approx(float(found.multiplier.coefficient) * dt * -np.cos(t), rel=0.05)
+    assert r.multipliers["drive"][-1] == pytest.approx(np.sin(t), abs=1e-14)
+
+
+@pytest.mark.parametrize("name", ["bathe", "generalized_alpha", "bdf2"])
+def test_a_run_that_goes_on_is_the_one_that_was_not_broken(name: str) -> None:
+    first = marched(name, 0.01, 1.0)
+    whole, rest = marched(name, 0.01, 2.0), ss.march(pendulum(), name, dt=0.01, t_end=2.0, start=first)
+    assert np.array_equal(rest.u, whole.u[100:])
+    assert np.array_equal(rest.memory["rod"], whole.memory["rod"][100:])
+
+
+def test_lanes_are_single_runs() -> None:
+    speeds = np.linspace(5.0, 8.0, 20)
+    ds = ss.sweep("rod_pendulum", "generalized_alpha", dt=0.02, t_end=1.0, keep="final", v0=speeds, g=G)
+    for v0, u, kept in zip(speeds[::7], ds.u.values[::7], ds.memory.values[::7], strict=True):
+        one = ss.march(ss.scene("rod_pendulum", v0=v0, g=G), "generalized_alpha", dt=0.02, t_end=1.0)
+        assert np.allclose(u, one.u[-1], rtol=0.0, atol=1e-12)
+        assert kept[0] == pytest.approx(one.memory["rod"][-1], rel=1e-9)
+
+
+def test_angles_give_the_same_motion() -> None:
+    """The rigid pendulum without constraint, by SciPy, and the rod's."""
+    r = marched("bathe", 0.0025)
+    s = solve_ivp(lambda t, y: [y[1], -G * np.cos(y[0])], (0, 2), [0.0, 0.0], "DOP853", rtol=1e-12, atol=1e-12)
+    angle = s.y[0, -1]
+    assert np.allclose(r.u[-1], [np.cos(angle), np.sin(angle)], rtol=0.0, atol=2e-4)
+
+
+def test_in_a_singular_position_the_run_ends_and_keeps_what_it_has() -> None:
+    """The rhombus flattened exactly: both ways on are open there, and its constraints repeat each other."""
+    x1, y1, x2, y2 = (Symbol(s) for s in ("x1", "y1", "x2", "y2"))
+    flat = ss.scene("four_bar").info.declaration
+    assert flat is None
+    from substep_derive.declare.scenes.constrained import four_bar
+
+    own = Scene(
+        **{f: getattr(four_bar, f) for f in four_bar.__dataclass_fields__ if f not in ("name", "start", "reference")},
+        name="flat_four_bar",
+        start={x1: 1, y1: 0, x2: 2, y2: 0, **{rate(q): 0 for q in (x1, y1, x2, y2)}},
+    )
+    with pytest.raises(ValueError, match=r"independent constraints.*got 2 independent of 3 at the start"):
+        ss.scene(own)
+
+
+def test_a_constraint_that_is_given_twice_is_named() -> None:
+    x, y = Symbol("x"), Symbol("y")
+    twice = Scene(
+        "twice_held", coordinates={x: "m", y: "m"}, kinetic=(rate(x) ** 2 + rate(y) ** 2) / 2, potential=y,
+        constraints={"one": x - 1, "other": 2 * x - 2, "floor": y}, parameters=(),
+        start={x: 1, y: 0, rate(x): 0, rate(y): 0}, length=1,
+    )  # fmt: skip
+    with pytest.raises(ValueError, match="2 independent of 3 at the start: one, other repeat each other"):
+        ss.scene(twice)
+
+
+def test_a_start_that_constraints_do_not_allow_is_refused_with_the_amount_and_the_nearest_one_is_at_hand() -> None:
+    scene = pendulum()
+    with pytest.raises(ValueError, match=r"got u off by -0.0199.*across 'rod'"):
+        ss.march(scene, "bathe", dt=0.01, t_end=0.1, start={"u": [0.98, 0.0], "v": [0.0, 0.0]})
+    with pytest.raises(ValueError, match="got v off by 0.5 across 'rod'"):
+        ss.march(scene, "bathe", dt=0.01, t_end=0.1, start={"u": [1.0, 0.0], "v": [0.5, 0.0]})
+    start = scene.allowed([0.98, 0.1], [0.5, 2.0])
+    assert np.hypot(*start.u) == pytest.approx(1.0, abs=1e-15)
+    assert start.u @ start.v == pytest.approx(0.0, abs=1e-14)
+    assert ss.march(scene, "bathe", dt=0.01, t_end=0.1, start=start).status == "completed"
+    with pytest.raises(ValueError, match="numbers for rod_pendulum, got shapes"):
+        scene.allowed([1.0], [0.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("rk4", "is explicit"),
+        ("central_difference", "is explicit"),
+        ("wilson_theta", "takes no force at the end of its steps"),
+        ("crouzeix3", "takes no force at the end of its steps"),
+        ("kr_alpha", "coefficients from the structure"),
+        *((name, f"multiplies them by {factor}") for name, factor in GROWING.items()),
+    ],
+)
+def test_what_cannot_hold_a_constraint_is_refused_by_name(name: str, reason: str) -> None:
+    with pytest.raises(ValueError, match=reason) as found:
+        ss.march(pendulum(), name, dt=0.01, t_end=0.1)
+    assert name in str(found.value)
+
+
+def test_every_scheme_is_taken_or_refused() -> None:
+    assert EXPLICIT | DRIFTING | GROWING.keys() | set(TAKEN) | NOT_PRESCRIBED.keys() == set(ss.schemes())
+
+
+def test_chosen_steps_and_wrong_declarations_are_refused() -> None:
+    with pytest.raises(DeclarationError, match="without constraints where steps change"):
+        ss.march(pendulum(), "bathe", tol=1e-4, t_end=0.1)
+    x = Symbol("x")
+    given: dict[str, Any] = {
+        "coordinates": {x: "m"}, "kinetic": rate(x) ** 2 / 2, "potential": x**2, "parameters": (required(Symbol("k")),),
+        "start": {x: 0, rate(x): 0}, "length": 1,
+    }  # fmt: skip
+    with pytest.raises(DeclarationError, match="constraint wall to depend on coordinates"):
+        Scene("still", **given, constraints={"wall": Symbol("k") - time})
+    with pytest.raises(DeclarationError, match="constraint wall holds 'z'"):
+        Scene("unknown", **given, constraints={"wall": x - Symbol("z")})
+    with pytest.raises(DeclarationError):
+        Scene("collides", **given, constraints={"x": x - 1})
