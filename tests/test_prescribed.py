@@ -83,17 +83,17 @@ def found(name: str) -> Prescribed:
 def test_the_errors_are_those_of_steps_on_an_exponential(name: str) -> None:
     """All derivatives of r = exp(t) at t are exp(t), so that an error over h^power tends to the coefficient."""
     p, seen = found(name), []
-    sizes = 0.02, 0.01
+    sizes = 0.04, 0.02
     for length in sizes:
         stepping = Stepping(p, length)
         x = stepping.of_exponential(length)
         rows = {place: (stepping.reaction[place], place.args, e) for place, e in p.reactions.items()}
         errors = []
         for row, where, term in rows.values():
-            if term is not None and term.power < 4:
+            if term is not None and term.power < 5:
                 tau = sum(float(instant_of(stepping, arg)) for arg in where) / len(where)
                 errors.append((row @ x / np.exp(tau * length) - 1) / length**term.power / float(term.coefficient))
-        if stepping.velocity is not None and p.velocity is not None and p.velocity.power < 4:
+        if stepping.velocity is not None and p.velocity is not None and p.velocity.power < 5:
             errors.append((stepping.velocity @ x / np.exp(length) - 1) / length**p.velocity.power)
             errors[-1] /= float(p.velocity.coefficient)
         seen.append(errors)
@@ -119,12 +119,12 @@ def test_a_wrong_start_dies_or_grows_as_it_says(name: str) -> None:
     p = found(name)
     n = len(Stepping(p, 1.0).step)
     P = Stepping(p, 1.0).step[:, :n]
-    far = [np.linalg.norm(np.linalg.matrix_power(P, k)) for k in (40, 80)]
+    far = [np.linalg.norm(np.linalg.matrix_power(P, k)) for k in (60, 120)]
     assert p.decay is not None
     if p.decay == 0:
         assert np.abs(np.linalg.matrix_power(P, p.polynomial.degree())).max() < 1e-9 * max(1, np.abs(P).max()) ** 3
     else:
-        assert (far[1] / far[0]) ** (1 / 40) == pytest.approx(float(p.decay), rel=0.02)
+        assert (far[1] / far[0]) ** (1 / 60) == pytest.approx(float(p.decay), rel=0.04)  # roots may be multiple
         assert p.grows == (far[1] > 1.5 * far[0])
 
 

@@ -12,7 +12,7 @@ from functools import cached_property
 from math import factorial
 from typing import Any
 
-from sympy import QQ, Expr, Integer, Poly, Rational, Symbol, factor, radsimp, sympify
+from sympy import QQ, Dummy, Expr, Integer, Poly, Rational, Symbol, factor, radsimp, sympify
 from sympy.polys.matrices import DomainMatrix
 from sympy.polys.matrices.exceptions import DMNonInvertibleMatrixError
 
@@ -192,8 +192,9 @@ class _Motion:
         """Place where a balance takes the force -> the row of the acceleration that force and reaction give there."""
         found = {place: self.rows[s] for place, s in self.carried.items()}
         for balance in self.at.scheme.balances:
-            force = balance.force.expand()
-            weights = {place: self._number(force.coeff(place)) for place in _places(force)}
+            marks = {place: Dummy() for place in _places(balance.force)}
+            force = balance.force.xreplace(marks)
+            weights = {place: self._number(force.diff(mark)) for place, mark in marks.items()}
             own = [place for place in weights if place not in found]
             if len(own) != 1:
                 raise DeclarationError(

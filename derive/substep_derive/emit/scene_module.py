@@ -104,9 +104,10 @@ def _function(
     places += [(s, f"memory[..., {k}]") for k, s in enumerate(motion.memory)]
     w = ArrayPrinter({s.name: printed(s).name for s, _ in places})  # as with parameters, no other name is like these
     taken = "".join(f"    {w.doprint(s)} = {text}\n" for s, text in places if s in read)
-    outputs = [(f"value_{k}" if len(rows) > 1 else "value", e) for k, e in enumerate(rows)]
-    body, _ = block(outputs, printer=w)
-    of_all = ", ".join(name for name, _ in outputs)
+    names = [f"value_{k}" for k in range(len(rows))] if len(rows) > 1 else ["value"]
+    plain = {k: w.doprint(e) for k, e in enumerate(rows) if len(rows) > 1 and (e.is_number or e.is_Symbol)}
+    body, _ = block([(names[k], e) for k, e in enumerate(rows) if k not in plain], printer=w)
+    of_all = ", ".join(plain.get(k, name) for k, name in enumerate(names))
     memory = ["memory"] if motion.memory else []
     vector = f"np.stack(np.broadcast_arrays({of_all}, displacement[..., 0])[:-1], axis=-1)"
     return fill(
