@@ -215,6 +215,9 @@ class Response:
         if self.angular_momentum is not None:
             found["angular_momentum"] = History(self.angular_momentum, "kg m^2/s", "angular momentum about the pivot")
         found |= {name: History(x, "", name) for name, x in (*self.outputs.items(), *self.memory.items())}
+        if self.scene.info.multipliers:
+            of_motion = "multiplier of a constraint, from the equations of motion"
+            found |= {f"{name}_multiplier": History(x, "", of_motion) for name, x in self.multipliers.items()}
         attrs = self._attrs | {"scene": self.scene.name}
         attrs |= {f"scene_{name}": x for name, x in self.scene.parameters.items()}
         return Histories(self.t, found, [name for name, _ in self.scene.coordinates], "coordinate", attrs)

@@ -55,7 +55,7 @@ def reference(scene: Scene, t_end: float, samples: int, wished: float, quantity:
     """
     if scene.info.memory:
         raise ValueError(
-            f"expected a scene whose forces depend on where it is, got {scene.name}, whose laws remember "
+            f"expected a scene without constraints and without laws that remember, got {scene.name} with "
             f"{', '.join(scene.info.memory)}; march it with a step and with half of it, and compare"
         )
     t = np.linspace(0.0, t_end, samples + 1)
