@@ -13,8 +13,8 @@
 # %% [markdown]
 # # Constraints: the stiff bar of the thesis becomes a rod
 #
-# The elastic pendulum's bar is made stiffer and stiffer until a constraint takes its place. What a scheme knows there of
-# velocity and tension follows from its relations alone, before any march; then it is marched, and measured.
+# The elastic pendulum's bar is made stiffer and stiffer until a constraint takes its place. What a scheme knows there
+# of velocity and tension follows from its relations alone, before any march; then it is marched, and measured.
 
 # %%
 import matplotlib.pyplot as plt
@@ -29,8 +29,8 @@ plt.style.use("substep.charts")  # the look of all charts of substep
 # ## Before any march
 #
 # A constraint prescribes the displacement in its normal direction. The errors of velocity and multiplier that a scheme
-# makes there, and the factor by which it multiplies what a start has wrong, are exact. In closed form for Newmark's method
-# and the composite of the thesis:
+# makes there, and the factor by which it multiplies what a start has wrong, are exact. In closed form for Newmark's
+# method and the composite of the thesis:
 
 # %%
 for name in ("newmark", "newmark_bdf2"):
@@ -47,7 +47,8 @@ assert prescribed("average_acceleration").grows
 # ## Measured
 #
 # A pendulum falls from the horizontal; the reference is its exact motion after 2 s. The multiplier of the equations of
-# motion (solid) is as accurate as the motion for every scheme; the scheme's own (dashed) only where the derivation says so.
+# motion (solid) is as accurate as the motion for every scheme; the scheme's own (dashed) only where the derivation
+# says so.
 
 # %%
 g = 9.81
@@ -74,9 +75,9 @@ panel.legend()
 # %% [markdown]
 # ## Elastic, stiff, rigid
 #
-# The bar without gravity, EA from 10⁵ to 10¹⁰ N, and the rod in its place, in the same steps, from the rod's acceleration.
-# How far the bar is from the rod at the end falls like 1/EA. Newton's iteration takes as many corrections for the rod as for
-# the bar, and there is no stiffness to choose: "model no more than a scene needs".
+# The bar without gravity, EA from 10⁵ to 10¹⁰ N, and the rod in its place, in the same steps, from the rod's
+# acceleration. How far the bar is from the rod at the end falls like 1/EA. Newton's iteration takes as many
+# corrections for the rod as for the bar, and there is no stiffness to choose: "model no more than a scene needs".
 
 # %%
 dt, t_end = 0.01, 1.0
@@ -97,8 +98,8 @@ assert apart[-1] < 1e-5 * apart[0]
 # %% [markdown]
 # ## The trapezoidal rule
 #
-# Its multipliers keep what a start has wrong for ever, with alternating sign, and a double root makes that grow: from a
-# start in motion it gains energy at any step, although it is "unconditionally stable".
+# Its multipliers keep what a start has wrong for ever, with alternating sign, and a double root makes that grow: from
+# a start in motion it gains energy at any step, although it is "unconditionally stable".
 
 # %%
 start = {"u": [0.905342850921633, -0.424681436237906], "v": [-1.22587000207992, -2.613329775781903]}
