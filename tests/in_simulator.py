@@ -76,7 +76,7 @@ def radii(scheme: str, **parameters: float) -> Callable[[str], Mapping[str, Any]
     def found(device: str) -> Mapping[str, Any]:
         if device == "cpu":
             return {"radius": np.append(s.spectral_radius(Omega[:-2], 0.1), [np.nan, np.nan])}
-        from numba import cuda  # noqa: PLC0415 (as late as in the package)
+        from numba import cuda
 
         LAUNCHED.append(len(Omega))
         there = cuda.to_device(Omega)
