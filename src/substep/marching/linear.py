@@ -146,8 +146,8 @@ def prepared(
     if absolute:
         shape, absolute_C = absolute_rows(scheme, C, o, loads.K)
         head = head and replace(head, out=with_absolute(o, head.out))
-        return _Run(*_kernels(shape, loads.K, device.is_on()), absolute_C, x, loads, first, head)
-    return _Run(*_kernels(shape, loads.K, device.is_on()), C, x, loads, first, head)
+        return _Run(*_here(shape, loads.K), absolute_C, x, loads, first, head)
+    return _Run(*_here(shape, loads.K), C, x, loads, first, head)
 
 
 def _coefficients(scheme: Scheme, Omega: Array, o: Oscillators, stencil: Array | None = None) -> Array:
@@ -197,19 +197,23 @@ def _to_ends(m: int, R: int, K: int, stencil: bytes) -> Array:
 
 
 @cache
-def _kernels(name: str, K: int, on_device: bool) -> tuple[Callable[..., None], Callable[..., None], int]:
+def _kernels(name: str, K: int) -> tuple[Callable[..., None], Callable[..., None], int]:
     """The kernels for many lanes and for one, and how many lanes are in a block: committed, or printed on first use.
 
-    name: of the module, which determines the shape of the march; K: load instants a step. on_device: whether the many
-    are threads of a GPU; one is marched by the CPU, which is faster at it.
+    name: of the module, which determines the shape of the march; K: load instants a step.
     """
     module = committed(f"marches.{name}")
     if module is None or not hasattr(module, f"march_{K}"):
         from ..derived.modules import march_module  # noqa: PLC0415 (the one door to SymPy)
 
         module = march_module(name, K)
-    march = device.march_of_shape(name, K) if on_device else getattr(module, f"march_{K}")
-    return march, getattr(module, f"run_{K}"), ON_DEVICE if on_device else module.WIDTH
+    return getattr(module, f"march_{K}"), getattr(module, f"run_{K}"), module.WIDTH
+
+
+def _here(name: str, K: int) -> tuple[Callable[..., None], Callable[..., None], int]:
+    """The same, where many lanes are threads of a GPU if that is asked for; the CPU is faster at one."""
+    many, one, width = _kernels(name, K)
+    return (device.march_of_shape(name, K), one, ON_DEVICE) if device.is_on() else (many, one, width)
 
 
 def _started(
