@@ -17,7 +17,7 @@ from substep.ground_motion.peaks import at_rest
 from substep.marching.digital_filter import filter_of, filter_peaks
 from substep.marching.scene_lanes import march_lanes
 
-from .table import Report, best, operations, shaken, threads_of_a_block
+from .table import OURS, RATE, Report, best, operations, shaken, threads_of_a_block
 
 
 def machine(report: Report) -> None:
@@ -64,7 +64,7 @@ def multiply_adds(report: Report) -> None:
         chains[-(-lanes // 256), 256](x, n)
         cuda.synchronize()
 
-    report.add("multiply-adds in float64", lanes * n * 16 / best(run, 3), "1/s", "measured, of this device")
+    report.add(RATE, lanes * n * 16 / best(run, 3), "1/s", "measured, of this device")
 
 
 def spectrum(report: Report) -> None:
@@ -77,7 +77,7 @@ def spectrum(report: Report) -> None:
         o = at_rest(2.0 * np.pi / np.geomspace(0.02, 10.0, P), np.full(P, 0.05), load)
         return filter_of(s, o, n, load)
 
-    sizes = (8,) if report.small else (1 << 13, 1 << 16, 1 << 20)
+    sizes = (4, 8) if report.small else (1 << 13, 1 << 16, 1 << 20)
     T = filters(16 if report.small else 1 << 14)
 
     def on_cpu() -> np.ndarray:
@@ -91,31 +91,35 @@ def spectrum(report: Report) -> None:
         "spectrum, one CPU core", one_core, "oscillator-steps/s", f"{T.shape[1]} oscillators, {n} steps, SD SV SA"
     )
     report.add("spectrum, all CPU cores", all_cores, "oscillator-steps/s", f"{cores()} cores")
+
+    def launches(T: Any) -> list[float]:
+        with report.kernels.counted() as seconds:
+            for _ in range(4):
+                filter_peaks(T, s.kernels.FILTER, load.samples, 3)
+        return seconds
+
     with device.on("cuda"):
-        for P in sizes:
-            T_P = filters(P)
-            with report.kernels.counted() as seconds:
-                for _ in range(4):
-                    filter_peaks(T_P, s.kernels.FILTER, load.samples, 3)
-            if sizes[0] == P:
-                report.add("spectrum, first launch", seconds[0] - min(seconds), "s", "compiles")
-            report.add(f"spectrum, kernel, {P} oscillators", n * P / min(seconds), "oscillator-steps/s")
-        rate = n * sizes[-1] / min(seconds)
+        first, *later = launches(T)
+        report.add("spectrum, first launch", first - min(later), "s", "compiles")
         found = filter_peaks(T, s.kernels.FILTER, load.samples, 3)
-        for threads in (32, 64, 128, 256):
-            with threads_of_a_block(threads), report.kernels.counted() as seconds:
-                for _ in range(3):
-                    filter_peaks(T_P, s.kernels.FILTER, load.samples, 3)
-            name = f"spectrum, kernel, blocks of {threads} threads"
-            report.add(name, n * sizes[-1] / min(seconds), "oscillator-steps/s", f"{sizes[-1]} oscillators")
+        for P in sizes[:-1]:
+            rate = n * P / min(launches(filters(P)))
+            report.add(f"spectrum, kernel, {P} oscillators", rate, "oscillator-steps/s")
+        P, many = sizes[-1], filters(sizes[-1])
+        for threads in (32, 128, 256):
+            with threads_of_a_block(threads):
+                rate = n * P / min(launches(many))
+            report.add(f"spectrum, kernel, blocks of {threads} threads", rate, "oscillator-steps/s", f"{P} oscillators")
+        rate = n * P / min(launches(many))
+        report.add(OURS, rate, "oscillator-steps/s", f"{P} oscillators, {n} steps, blocks of {device.THREADS} threads")
     report.add("spectrum, kernel / one CPU core", rate / one_core, "")
     report.add("spectrum, kernel / all CPU cores", rate / all_cores, "")
     sums, comparisons = operations(device._peaks_of_filter(s.kernels.FILTER, 3).peaks)
-    limit = report.value("multiply-adds in float64") / sums
+    limit = report.value(RATE) / sums
     report.add(
         "spectrum, kernel / limit of its sums", rate / limit, "", f"{sums} fused operations, {comparisons} comparisons"
     )
-    limit = report.value("multiply-adds in float64") / (sums + comparisons)
+    limit = report.value(RATE) / (sums + comparisons)
     report.add("spectrum, kernel / limit with comparisons", rate / limit, "")
     report.add("spectrum, largest relative difference from the CPU", float(np.abs(found / expected - 1.0).max()))
 
@@ -138,7 +142,7 @@ def march_of_a_shape(report: Report) -> None:
     report.add("linear march, kernel", rate, "oscillator-steps/s", f"{P} oscillators, peaks")
     report.add("linear march, kernel / one CPU core", rate * one / (n * len(some)), "")
     sums, comparisons = operations(device._march_of_shape("linear_march_2_01y", 2).march)
-    limit = report.value("multiply-adds in float64") / (sums + comparisons)
+    limit = report.value(RATE) / (sums + comparisons)
     report.add(
         "linear march, kernel / limit with comparisons",
         rate / limit,

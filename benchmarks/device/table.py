@@ -20,6 +20,7 @@ from substep.core import device
 EACH = 60  # seconds that one measurement may take
 DT = 0.005
 RATE = "multiply-adds in float64"
+OURS = "spectrum, kernel"
 
 
 class Kernels:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cache
+from importlib import import_module
 from types import ModuleType
 from typing import Any, Literal, get_args
 
@@ -36,6 +37,11 @@ def on(device: Device) -> Generator[None]:
         _on.reset(token)
 
 
+def numba_cuda() -> Any:
+    """numba's CUDA, of which nothing is loaded before it is asked for. Raises ImportError where numba has none."""
+    return import_module("numba.cuda")
+
+
 def is_on() -> bool:
     """Whether marches run in the threads of a GPU here."""
     return _on.get()
@@ -52,7 +58,7 @@ def found(device: Device | str) -> bool:
     if device == "cpu":
         return False
     try:
-        from numba import cuda  # noqa: PLC0415 (nothing of CUDA is loaded unless it is asked for)
+        cuda = numba_cuda()
     except ImportError as error:
         if device == "auto":
             return False
@@ -116,11 +122,11 @@ def march_of_pair(scheme: Any, scene: Any, names: Sequence[str]) -> Callable[...
 
     def march(*given: Any) -> None:
         lanes = len(given[names.index("status")])
-        own = [isinstance(x, np.ndarray) and len(x) == lanes for x in given]
+        own = [_is_array(x) and len(x) == lanes for x in given]
         each = sum(x[:1].nbytes for x, is_own in zip(given, own, strict=True) if is_own)
         for some in _parts(0, lanes, each, 0):
             here = [x[some] if is_own else x for x, is_own in zip(given, own, strict=True)]
-            there = [_there(x) if isinstance(x, np.ndarray) else x for x in here]
+            there = [_there(x) if _is_array(x) else x for x in here]
             _launch(kernel, some.stop - some.start, *there)
             for name, x, result in zip(names, here, there, strict=True):
                 if name in RESULTS:
@@ -155,9 +161,7 @@ def _parts(first: int, last: int, each: float, common: float) -> Iterable[slice]
 
     Raises MemoryError if it cannot hold one.
     """
-    from numba import cuda  # noqa: PLC0415
-
-    free = cuda.current_context().get_memory_info().free
+    free = numba_cuda().current_context().get_memory_info().free
     together = int(min((SHARE * free - common) / max(each, 1), last - first))
     if together < 1 and last > first:
         raise MemoryError(
@@ -168,18 +172,18 @@ def _parts(first: int, last: int, each: float, common: float) -> Iterable[slice]
         yield slice(begin, min(begin + together, last))
 
 
+def _is_array(x: Any) -> bool:
+    return isinstance(x, np.ndarray)
+
+
 def _there(x: Array) -> Any:
     """A copy of an array in the device's memory."""
-    from numba import cuda  # noqa: PLC0415
-
-    return cuda.to_device(np.ascontiguousarray(x))
+    return numba_cuda().to_device(np.ascontiguousarray(x))
 
 
 def _room(shape: tuple[int, ...]) -> Any:
     """Room for an array of floats in the device's memory."""
-    from numba import cuda  # noqa: PLC0415
-
-    return cuda.device_array(shape)
+    return numba_cuda().device_array(shape)
 
 
 def _launch(kernel: Any, lanes: int, *arguments: Any) -> None:

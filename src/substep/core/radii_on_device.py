@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from .device import numba_cuda
 from .eigenvalues import eigenvalues_of
 from .scheme_record import SchemeRecord
 
@@ -56,8 +57,6 @@ def spectral_radius(scheme: SchemeRecord, Omega: Any, xi: Any) -> Any:
     interface. The scheme's parameters are numbers. NaN stands where an error would be raised of arrays on the CPU.
     Raises ValueError for other types and shapes, and for schemes of more than three eigenvalues that are not always 0.
     """
-    from numba import cuda  # noqa: PLC0415 (nothing of CUDA is loaded unless it is asked for)
-
     given = [_of_device(name, x) for name, x in (("Omega", Omega), ("xi", xi))]
     shapes = {x.shape for x in given if x.shape != (1,)}
     if len(shapes) > 1:
@@ -65,7 +64,7 @@ def spectral_radius(scheme: SchemeRecord, Omega: Any, xi: Any) -> Any:
     if any(np.ndim(x) for x in scheme.kernel_parameters):
         raise ValueError(f"expected a handle of {scheme.name} whose parameters are numbers, got arrays; call for each")
     shape = shapes.pop() if shapes else (1,)
-    radius = cuda.device_array(shape)
+    radius: Any = numba_cuda().device_array(shape)
     flat = [x.reshape(x.size) for x in (*given, radius)]
     numbers = [float(x) for x in scheme.kernel_parameters]
     store = _module(scheme.kernels).store
@@ -75,13 +74,11 @@ def spectral_radius(scheme: SchemeRecord, Omega: Any, xi: Any) -> Any:
 
 def _of_device(name: str, x: Any) -> Any:
     """An array on the device as numba takes it, from any with the CUDA array interface, or a number."""
-    from numba import cuda  # noqa: PLC0415
-
     if not is_there(x):
         if np.ndim(x):
             raise ValueError(f"expected {name} on the device or a number, got an array on the CPU; move it there")
-        return cuda.to_device(np.array([x], dtype=np.float64))
-    found: Any = x if hasattr(x, "__cuda_ndarray__") else cuda.as_cuda_array(x)
+        return numba_cuda().to_device(np.array([x], dtype=np.float64))
+    found: Any = x if hasattr(x, "__cuda_ndarray__") else numba_cuda().as_cuda_array(x)
     if found.dtype != np.float64 or not found.is_c_contiguous():
         raise ValueError(f"expected {name} of float64 in C order, got {found.dtype}; convert it on the device")
     return found

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator, Mapping, Sequence
-from contextlib import closing
+from contextlib import closing, suppress
+from operator import index
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -166,10 +167,13 @@ def _targets(variables: Mapping[str, Variable], shape: tuple[int, ...]) -> dict[
     }
 
 
-def _workers(workers: int | None) -> int | None:
+def _workers(workers: Any) -> int | None:
     """The number of cores asked for. Raises ValueError for one that is not whole, or below 1."""
-    if workers is None or (isinstance(workers, int | np.integer) and workers >= 1):
-        return workers if workers is None else int(workers)
+    if workers is None:
+        return None
+    with suppress(TypeError):
+        if not isinstance(workers, bool) and index(workers) >= 1:
+            return index(workers)
     raise ValueError(f"expected workers to be a whole number of cores >= 1, got {workers!r}; leave it out for all")
 
 
