@@ -80,7 +80,7 @@ def plain_scheme(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
         return uncompiled(eigenvalues_module(EigenvalueKind.named(name)))
 
     monkeypatch.setattr(linear, "_kernels", kernels)
-    monkeypatch.setattr(eigenvalues, "_eigenvalues", finding)
+    monkeypatch.setattr(eigenvalues, "eigenvalues_of", finding)
     monkeypatch.setattr(eigenvalues, "address", itself)
     monkeypatch.setattr(eigenvalues, "loaded", committed)
     return replace(handle, info=replace(handle.info, module=module))

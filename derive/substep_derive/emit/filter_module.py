@@ -1,10 +1,14 @@
 """Order of a digital filter -> text of the kernels that find the peaks of its output."""
 
+from collections.abc import Callable
+from functools import partial
+
 from ..oscillator.transfer import ORDERS
 from .march_module import WIDTH, nested, stretch
 from .printing import fill, placed
 from .templates.decorators import COMPILE_AND_INNER
 from .templates.march import FILTER, FILTER_HEADER
+from .templates.thread import COMPILE_KERNEL, FILTER_THREADS
 from .templates.widest import WIDEST, WIDEST_IMPORTS
 
 
@@ -23,34 +27,62 @@ def _taps(kind: str, d: int) -> list[str]:
     return [f"{kind}{i}" for i in range(d)]
 
 
+def filter_threads(d: int, followed: int) -> str:
+    """Text of the module that finds the peaks of filters of that order in the threads of a GPU."""
+    moving, given = _moving(d, followed), _given(d, followed)
+    lines = [line for stage in _step(d, followed, str, str) for line in stage]
+    return fill(
+        FILTER_THREADS,
+        compiled=COMPILE_KERNEL,
+        followed=followed,
+        read=placed((f"{name} = T[{r}, lane]" for r, name in enumerate(given)), 2),
+        moving=", ".join(moving),
+        zeros=", ".join("0.0" for _ in moving),
+        step=placed(lines, 3),
+        write=placed((f"peak[{r}, lane] = t{r}" for r in range(1, followed)), 2),
+    )
+
+
+def _moving(d: int, followed: int) -> list[str]:
+    """Names of what changes from step to step: what is marched, and the peaks so far."""
+    return ["q", *(f"e{i}" for i in range(1, d)), *(f"t{r}" for r in range(followed))]
+
+
+def _given(d: int, followed: int) -> list[str]:
+    """Names of what a lane is given."""
+    return [*filter_rows(d), "a_q"] if followed == 3 else filter_rows(d)[: 2 * d + 1]
+
+
+def _step(d: int, followed: int, at: Callable[[str], str], own: Callable[[str], str]) -> list[list[str]]:
+    """Lines of a step in stages; at: the text of a number that is given; own: that of one that changes."""
+    e = [f"e{i}" for i in range(d)]
+
+    def output(kind: str) -> str:
+        terms = [f"{at(name)} * {own(x)}" for name, x in zip(_taps(kind, d), e, strict=True)]
+        factors = {"u": "", "a": f"{at('a_q')} * "} if followed == 3 else {"u": ""}
+        return nested([*reversed(terms), *([factors[kind] + own("q")] if kind in factors else [])])
+
+    back = nested([*(f"{at(f'g{i}')} * {own(f'e{i}')}" for i in range(d - 1, 0, -1)), "f0"])
+    peaks = [f"t{r}" for r in range(followed)]
+    return [
+        [f"{own('e0')} = ({back}) - {at('P')} * {own('q')}"],
+        [f"{own('q')} += {own('e0')}"],
+        [f"{own(t)} = max({own(t)}, abs({output(kind)}))" for t, kind in zip(peaks, "uva", strict=False)],
+        [f"{own(b)} = {own(a)}" for a, b in zip(reversed(e[:-1]), reversed(e[1:]), strict=True)],
+    ]
+
+
 def _kernels(d: int, followed: int) -> str:
-    e, peaks = [f"e{i}" for i in range(d)], [f"t{r}" for r in range(followed)]
-    moving = ["q", *e[1:], *peaks]
-    given = [*filter_rows(d), "a_q"] if followed == 3 else filter_rows(d)[: 2 * d + 1]
+    moving, given = _moving(d, followed), _given(d, followed)
     row = {name: k for k, name in enumerate([*moving, *given])}
 
     def at(name: str, half: int) -> str:
         place = 2 * WIDTH * row[name] + WIDTH * half
         return f"s[{place} + j]" if place else "s[j]"
 
-    def lines(half: int) -> list[list[str]]:
-        """Lines of a step of one half of the block, in stages; those of the halves alternate, so that none waits."""
-        own = {name: f"{name}_{half}" for name in [*e, *moving]}
-
-        def output(kind: str) -> str:
-            terms = [f"{at(name, half)} * {own[x]}" for name, x in zip(_taps(kind, d), e, strict=True)]
-            factors = {"u": "", "a": f"{at('a_q', half)} * "} if followed == 3 else {"u": ""}
-            return nested([*reversed(terms), *([factors[kind] + own["q"]] if kind in factors else [])])
-
-        back = nested([*(f"{at(f'g{i}', half)} * {own[f'e{i}']}" for i in range(d - 1, 0, -1)), "f0"])
-        return [
-            [f"{own['e0']} = ({back}) - {at('P', half)} * {own['q']}"],
-            [f"{own['q']} += {own['e0']}"],
-            [f"{own[t]} = max({own[t]}, abs({output(kind)}))" for t, kind in zip(peaks, "uva", strict=False)],
-            [f"{own[b]} = {own[a]}" for a, b in zip(reversed(e[:-1]), reversed(e[1:]), strict=True)],
-        ]
-
-    step = [line for stage in zip(lines(0), lines(1), strict=True) for half in stage for line in half]
+    # lines of the halves of a block alternate, so that none waits
+    halves = [_step(d, followed, partial(at, half=half), lambda name, half=half: f"{name}_{half}") for half in range(2)]
+    step = [line for stage in zip(*halves, strict=True) for half in stage for line in half]
     places = {f"{name}_{half}": at(name, half) for half in range(2) for name in moving}
     doc = "March a block through all samples f; rows of s: q, e1, ... and the peaks, then those of `transfer`."
     text = stretch(

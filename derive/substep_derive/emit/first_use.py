@@ -17,6 +17,7 @@ from ..kernels.local_error import LocalError, Terms
 from ..motion.effective import effective_systems
 from ..motion.equations import EquationsOfMotion
 from .adaptive_module import adaptive_module
+from .gpu_thread import pair_threads
 from .local_error_module import local_error_module
 from .pair_module import pair_module
 from .plan_module import plan_module
@@ -29,6 +30,11 @@ def catalogue_pair(scheme: Scheme, motion: EquationsOfMotion) -> str:
     """Text of the module that marches the scheme on the scene."""
     body = Body.of(*_in_kernels(scheme, motion))
     return pair_module(body, effective_systems(scheme), _banner_of_pair(scheme, motion))
+
+
+def pair_in_threads(scheme: Scheme, motion: EquationsOfMotion) -> str:
+    """Text of the module that marches the scheme on the scene in the threads of a GPU."""
+    return pair_threads(Body.of(*_in_kernels(scheme, motion)), _banner_of_pair(scheme, motion))
 
 
 def adaptive_pair(scheme: Scheme, motion: EquationsOfMotion, terms: Terms, order: int, always: bool = True) -> str:

@@ -14,6 +14,7 @@ from ..kernels.march_shape import Shape
 from .printing import fill, placed, wrapped
 from .templates.decorators import COMPILE_AND_INNER
 from .templates.march import MARCH, MARCH_HEADER, RUN, RUN_AHEAD, STORE, STRETCH
+from .templates.thread import COMPILE_KERNEL, MARCH_THREADS
 from .templates.widest import WIDEST
 
 WIDTH = 48  # lanes of a block: 6 vector registers of 8, enough to hide the latency of the recurrence
@@ -28,6 +29,11 @@ def march_module(shape: Shape, loads: Iterable[int]) -> str:
     s = _Shape(shape, 2)
     head = fill(MARCH_HEADER, reported=", ".join(s.reported), m=s.m, width=WIDTH, blocks=BLOCKS, ahead=AHEAD)
     return head + COMPILE_AND_INNER + fill(STORE) + WIDEST + "".join(_Shape(shape, K).kernels() for K in loads)
+
+
+def march_threads(shape: Shape, K: int) -> str:
+    """Text of the module that marches a shape with K load instants in the threads of a GPU."""
+    return _Shape(shape, K).threads()
 
 
 def stretch(
@@ -88,9 +94,9 @@ class _Shape:
         """Text of the place of a lane's number in its block."""
         return f"s[{self.row[name] * WIDTH} + j]" if self.row[name] else "s[j]"
 
-    def sum(self, name: str, i: int) -> str:
-        """Text of row i of D or O times x plus that of B or P times the load, with coefficients from the block."""
-        return nested(self.terms(name, i, True))
+    def sum(self, name: str, i: int, in_block: bool) -> str:
+        """Text of row i of D or O times x plus that of B or P times the load."""
+        return nested(self.terms(name, i, in_block))
 
     def terms(self, name: str, i: int, in_block: bool) -> list[str]:
         """Text of the terms of row i of D or O times x, and of B or P times the load."""
@@ -109,17 +115,21 @@ class _Shape:
         rows = [f"1/h{'^2' if z == 'z2' else ''}" for z in self.scales.values()]
         return " and ".join(rows) or "nothing else"
 
-    def step(self, depth: int) -> str:
-        """Lines of one step of a lane in its block."""
-        lines = [f"{name} = {self.sum('O', i)}" for i, name in enumerate(self.y)]
-        lines += [f"c{i} = {self.sum('D', i)}" for i in range(self.m)]
+    def step(self, depth: int, in_block: bool = True) -> str:
+        """Lines of one step of a lane, with its coefficients in a block or in numbers of their own."""
+        lines = [f"{name} = {self.sum('O', i, in_block)}" for i, name in enumerate(self.y)]
+        lines += [f"c{i} = {self.sum('D', i, in_block)}" for i in range(self.m)]
         return placed([*lines, *(f"{name} += c{i}" for i, name in enumerate(self.x))], depth)
 
     def step_with_peaks(self, depth: int) -> str:
         """The same, and the largest |u|, |v|, |a| so far."""
-        largest = (f"max({t}, abs({self.scaled_in_block(e)}))" for t, e in zip(self.t, self.reported, strict=True))
-        peaks = f"{', '.join(self.t)} = {', '.join(largest)}"
-        return f"{self.step(depth)}\n{placed([peaks], depth)}"
+        largest = self.largest(map(self.scaled_in_block, self.reported))
+        return f"{self.step(depth)}\n{placed([largest], depth)}"
+
+    def largest(self, values: Iterable[str]) -> str:
+        """The line that compares u, v, a of a step with the largest so far."""
+        largest = (f"max({t}, abs({value}))" for t, value in zip(self.t, values, strict=True))
+        return f"{', '.join(self.t)} = {', '.join(largest)}"
 
     def kernels(self) -> str:
         """Text of all kernels for K load instants."""
@@ -164,6 +174,24 @@ class _Shape:
                 5,
             ),
             coefficients=wrapped([*self.entries, *self.scales.values()]),
+        )  # fmt: skip
+
+    def threads(self) -> str:
+        """Text of the module for a GPU: all numbers of a lane have names of their own, for registers of its thread."""
+        given, row = [*self.entries, *self.scales.values()], "out[(i + 1) // stride"
+        values = [f"{self.scales[name]} * {name}" if name in self.scales else name for name in self.reported]
+        read = [f"{name} = C[{r}, lane]" for r, name in enumerate(given)]
+        read += [f"{name} = x[{r}, lane]" for r, name in enumerate(self.x)]
+        return fill(
+            MARCH_THREADS,
+            compiled=COMPILE_KERNEL,
+            m=self.m, K=self.K, given=len(given), scales=self.scales_text(),
+            read=placed(read, 2),
+            f=", ".join(self.f), f_at_i=", ".join(f"forces[{k}, i, own]" for k in range(self.K)),
+            step=self.step(3, in_block=False),
+            largest=placed([self.largest(values)], 4),
+            store=placed((f"{row}, {r}, lane] = {value}" for r, value in enumerate(values)), 4),
+            write=placed((f"x[{r}, lane] = {name}" for r, name in enumerate(self.x)), 2),
         )  # fmt: skip
 
     def loads_ahead(self) -> str:

@@ -6,7 +6,7 @@ from textwrap import wrap
 from ..kernels.body import Body
 from .printing import fill, lines, placed
 from .step_text import Layout, StepText
-from .templates.pair import COUNT, COUNT_NONE, LANE
+from .templates.pair import COUNT_OF_LANE, LANE, LANES
 from .templates.step import NEWTON
 
 RESULTS = "peak", "n_done", "status"
@@ -14,24 +14,36 @@ RESULTS = "peak", "n_done", "status"
 
 def _march(body: Body, step: StepText, arguments: Sequence[str]) -> str:
     """Text of `march`."""
-    given = arguments[: -len(RESULTS)]
+    return lane_function(body, step, arguments) + fill(
+        LANES,
+        arguments=", ".join(arguments),
+        scheme=body.scheme.name,
+        docstring=placed(wrap(_meaning(body), 110), 1),
+        lane_call=", ".join(of_lane(given(arguments))),
+    )
+
+
+def given(arguments: Sequence[str]) -> Sequence[str]:
+    """The arguments of a march that the function for one lane takes."""
+    return arguments[: -len(RESULTS)]
+
+
+def lane_function(body: Body, step: StepText, arguments: Sequence[str]) -> str:
+    """Text of the function that marches one lane; arguments: those of the march of all."""
+    counts = [f"newton[0, {k}], newton[1, {k}] = sum_{k}, most_{k}" for k in body.iterated]
     return fill(
         LANE,
-        lane_arguments=", ".join(given),
+        lane_arguments=", ".join(given(arguments)),
         read_state=placed((f"{name} = state[{place}]" for name, place in body.places), 1),
         constants=lines([*body.constants, *body.near]),
         steps=step.phases,
         reported=step.last,
         sum=" + ".join(body.finite),
-        count_none=COUNT_NONE if body.iterated else "",
-        count="".join(fill(COUNT, balance=k, row="i") for k in body.iterated),
+        no_counts="".join(f"    sum_{k}, most_{k} = 0, 0\n" for k in body.iterated),
+        count="".join(fill(COUNT_OF_LANE, balance=k) for k in body.iterated),
         shift=lines(body.shift, 2),
         store=placed((f"row[{place}] = {e}" for place, e in body.stored), 3),
-        write_state=placed((f"state[{place}] = {name}" for name, place in body.places), 1),
-        arguments=", ".join(arguments),
-        scheme=body.scheme.name,
-        docstring=placed(wrap(_meaning(body), 110), 1),
-        lane_call=", ".join(of_lane(given)),
+        write=placed([*(f"state[{place}] = {name}" for name, place in body.places), *counts], 1),
     )
 
 

@@ -30,9 +30,7 @@ def pair_module(
     body: Body, systems: Sequence[EffectiveSystem], banner: str, layouts: Sequence[Layout] = LAYOUTS
 ) -> str:
     """Text of the module <scheme>__<scene>.py; systems: one for each balance of the scheme."""
-    counted = ["iterations", "newton"] if body.iterated else []
-    forces = ["forces"] if body.loads else []
-    arguments = [*body.scalars, "state", *forces, "bound", "first", "n", "stride", "out", *counted, *RESULTS]
+    arguments = march_arguments(body)
     steps = [step_text(body, DT, layout, [Part(body.results)]) for layout in layouts]
     start_names, start = _start(body)
     marches = (layout.march(body, step, arguments) for layout, step in zip(layouts, steps, strict=True))
@@ -51,6 +49,13 @@ def pair_module(
         operations=steps[0].operations,
     )
     return "".join([banner, header, COMPILE_AND_INNER, WIDEST, *helpers(text, body), text])
+
+
+def march_arguments(body: Body) -> list[str]:
+    """Names of the arguments of a march of all lanes."""
+    counted = ["iterations", "newton"] if body.iterated else []
+    forces = ["forces"] if body.loads else []
+    return [*body.scalars, "state", *forces, "bound", "first", "n", "stride", "out", *counted, *RESULTS]
 
 
 def residuals(systems: Sequence[EffectiveSystem]) -> str:

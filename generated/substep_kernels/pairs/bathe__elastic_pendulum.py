@@ -84,7 +84,8 @@ def _lane(h, EA_, L_, m_, tolerance, state, bound, first, n, stride, out, iterat
     near_0 = ((tolerance/abs(c1)) if (c1 != 0) else (np.inf))
     near_1 = ((tolerance/abs(c9)) if (c9 != 0) else (np.inf))
     status, done, peak = COMPLETED, n, -np.inf
-    newton[:] = 0
+    sum_0, most_0 = 0, 0
+    sum_1, most_1 = 0, 0
     for i in range(first, n):
         u_star_x = a_0_x*c1 + c0*v_0_x + u_0_x
         u_star_y = a_0_y*c1 + c0*v_0_y + u_0_y
@@ -164,12 +165,12 @@ def _lane(h, EA_, L_, m_, tolerance, state, bound, first, n, stride, out, iterat
             status, done = ENERGY_BOUND, i
             break
         peak = max(peak, energy)
-        newton[0, 0] += taken_0
-        newton[1, 0] = max(newton[1, 0], taken_0)
+        sum_0 += taken_0
+        most_0 = max(most_0, taken_0)
         if i < iterations.shape[0]:
             iterations[i, 0] = taken_0
-        newton[0, 1] += taken_1
-        newton[1, 1] = max(newton[1, 1], taken_1)
+        sum_1 += taken_1
+        most_1 = max(most_1, taken_1)
         if i < iterations.shape[0]:
             iterations[i, 1] = taken_1
         u_0_x = u_1_x
@@ -192,6 +193,8 @@ def _lane(h, EA_, L_, m_, tolerance, state, bound, first, n, stride, out, iterat
     state[1, 1] = v_0_y
     state[2, 0] = a_0_x
     state[2, 1] = a_0_y
+    newton[0, 0], newton[1, 0] = sum_0, most_0
+    newton[0, 1], newton[1, 1] = sum_1, most_1
     return status, done, peak
 
 

@@ -58,7 +58,7 @@ def stability_at_points(
 @cache
 def _called(module: ModuleType, all_three: bool) -> tuple[Callable[..., tuple[bool, bool]], int, tuple[Any, ...]]:
     """What stores one row, or all three, for a scheme's module; the points of its block; its fixed arguments."""
-    shared = _eigenvalues(module.EIGENVALUES)
+    shared = eigenvalues_of(module.EIGENVALUES)
     find = getattr(shared, "find", None)  # what two or three eigenvalues do not need
     common = loaded("shared.stability")
     kernels = [(common.look, 1), (module.polynomial, 1), (find, 3), (shared.radii, 1), (None, 1), (None, 4)]
@@ -68,7 +68,7 @@ def _called(module: ModuleType, all_three: bool) -> tuple[Callable[..., tuple[bo
     return common.stability, common.BLOCK, (*given, shared.SIZES)
 
 
-def _eigenvalues(name: str) -> ModuleType:
+def eigenvalues_of(name: str) -> ModuleType:
     """The module that finds eigenvalues: committed, or printed on first use for an own scheme with more of them."""
     found = committed(f"shared.{name}")
     if found is None:

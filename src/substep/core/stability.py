@@ -19,6 +19,8 @@ from .eigenvalues import stability_at_points
 from .errors import float_array, non_negative
 from .formulas import evaluated
 from .norms import largest_norm_of_powers
+from .radii_on_device import is_there
+from .radii_on_device import spectral_radius as radii_on_device
 from .scheme_record import SchemeRecord
 from .threads import spread
 
@@ -64,7 +66,12 @@ def _amplification(scheme: SchemeRecord, arguments: Sequence[Array]) -> Array:
 
 
 def spectral_radius(scheme: SchemeRecord, Omega: ArrayLike, xi: ArrayLike) -> Array:
-    """Largest modulus of the eigenvalues of the amplification matrix."""
+    """Largest modulus of the eigenvalues of the amplification matrix; of arrays on a GPU, an array there.
+
+    See `core.radii_on_device` for the latter.
+    """
+    if is_there(Omega) or is_there(xi):
+        return radii_on_device(scheme, Omega, xi)
     return _evaluated(scheme, "spectral_radius", 1, Omega, xi)[0][0]
 
 

@@ -7,26 +7,26 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cache
 
-_serial: ContextVar[bool] = ContextVar("serial", default=False)
+_most: ContextVar[int | None] = ContextVar("most", default=None)
 WORTH_THREADS = 1e6  # ns of work; less than this is done faster by one thread
 PIECES = 8  # into which the work of each core is split: others take over the pieces of a thread that is late or slow
 
 
 def cores() -> int:
-    """How many cores this process may use; 1 for what runs inside `serial`."""
-    if _serial.get():
-        return 1
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    """How many cores this process may use, or fewer for what runs inside `at_most`."""
+    there = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    most = _most.get()
+    return there if most is None else min(there, most)
 
 
 @contextmanager
-def serial() -> Generator[None]:
-    """Kernels called inside use one core: in a cluster's worker the other cores run other chunks of a sweep."""
-    token = _serial.set(True)
+def at_most(workers: int | None) -> Generator[None]:
+    """Kernels called inside use no more cores than that; None: as many as there are."""
+    token = _most.set(workers)
     try:
         yield
     finally:
-        _serial.reset(token)
+        _most.reset(token)
 
 
 @cache

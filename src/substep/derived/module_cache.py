@@ -15,8 +15,6 @@ from pathlib import Path
 from threading import Lock
 from types import ModuleType
 
-import platformdirs
-
 from . import file_lock
 
 _locks: dict[str, Lock] = {}  # of each module, between threads
@@ -28,7 +26,7 @@ def cache_folder() -> Path:
     Raises PermissionError if others own it or may write to it, for what lies there is run as code; OSError if it
     cannot be made.
     """
-    folder = Path(os.environ.get("SUBSTEP_CACHE") or platformdirs.user_cache_dir("substep"))
+    folder = Path(os.environ.get("SUBSTEP_CACHE") or _of_platform())
     with _cure(folder):
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     found = folder.stat()
@@ -38,6 +36,12 @@ def cache_folder() -> Path:
             f"{found.st_mode & 0o777:o}; run chmod 700 on it, or set SUBSTEP_CACHE to a folder of your own"
         )
     return folder
+
+
+def _of_platform() -> str:
+    import platformdirs  # noqa: PLC0415 (where no folder is named)
+
+    return platformdirs.user_cache_dir("substep")
 
 
 def cached_module(declared: str, text: Callable[[], str]) -> ModuleType:

@@ -82,6 +82,40 @@ def uncommitted_pair(scheme: "str | Declaration", scene: "str | SceneDeclaration
     return cached_module(f"pair {_scheme(scheme)} {_scene(scene)}", text)
 
 
+def pair_in_threads(scheme: "str | Declaration", scene: "str | SceneDeclaration") -> ModuleType:
+    """The kernel of a scheme on a scene in the threads of a GPU: from the cache, or printed now."""
+
+    def text() -> str:
+        from substep_derive.emit.first_use import pair_in_threads as printed  # noqa: PLC0415
+
+        return printed(*_declared(scheme, scene))
+
+    return cached_module(f"threads {_scheme(scheme)} {_scene(scene)}", text)
+
+
+def march_in_threads(name: str, K: int) -> ModuleType:
+    """The kernel of a shape of the linear march in the threads of a GPU: from the cache, or printed now."""
+
+    def text() -> str:
+        from substep_derive.emit.march_module import march_threads  # noqa: PLC0415
+        from substep_derive.kernels.march_shape import shape_of  # noqa: PLC0415
+
+        return march_threads(shape_of(name), K)
+
+    return cached_module(f"threads {name} {K}", text)
+
+
+def filter_in_threads(order: int, followed: int) -> ModuleType:
+    """The kernel of digital filters in the threads of a GPU: from the cache, or printed now."""
+
+    def text() -> str:
+        from substep_derive.emit.filter_module import filter_threads  # noqa: PLC0415
+
+        return filter_threads(order, followed)
+
+    return cached_module(f"threads filter {order} {followed}", text)
+
+
 def march_module(name: str, K: int) -> ModuleType:
     """Kernels of a linear march whose shape, or number of load instants, no scheme of the catalogue has."""
     from substep_derive.emit.march_module import march_module as printed  # noqa: PLC0415

@@ -7,6 +7,7 @@ to the state, so that no formula fails near critical damping or for small steps.
 
 import numpy as np
 
+from ..core import device
 from ..core.arrays import read_only
 from ..core.loads import Record
 from ..core.schemes import Array
@@ -81,7 +82,9 @@ def _march(
     C = np.ascontiguousarray(np.concatenate([row.reshape(P, -1) for row in rows], axis=1).T)
     nothing, to, f = np.empty((2, 0, 1)), np.empty((0, 3, P)) if out is None else out, read_only(samples)
 
-    def part(first: int, last: int) -> None:
-        march_2(C, x, f[:-1], f[1:], nothing, 0, n, stride, to, peak, first, last)
+    march = device.march_of_shape("linear_march_2_01y", 2) if device.is_on() else march_2
 
-    spread(part, P, WIDTH, nanoseconds=P * n * NANOSECONDS)
+    def part(first: int, last: int) -> None:
+        march(C, x, f[:-1], f[1:], nothing, 0, n, stride, to, peak, first, last)
+
+    spread(part, P, WIDTH, nanoseconds=0.0 if device.is_on() else P * n * NANOSECONDS)

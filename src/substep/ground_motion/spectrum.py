@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..core.arrays import Array, named
 from ..core.coefficients import refuse_damping
+from ..core.device import Device, on
 from ..core.errors import called_as, damping_ratio, real_array, real_number
 from ..core.loads import Record
 from ..core.schemes import Scheme
@@ -50,6 +51,7 @@ def response_spectrum(
     errors: bool = True,
     unit: str | float | None = None,
     refine: str | None = None,
+    device: Device = "cpu",
 ) -> Spectrum:
     """Peak response of oscillators u'' + 2 xi omega u' + omega^2 u = -a_g, omega = 2 pi/period, from rest.
 
@@ -75,11 +77,13 @@ def response_spectrum(
     the same record, until its three peaks are within 1 % of the exact response at all times, to which the errors are
     relative then, not at the samples alone; `steps` is how many it took. A record of n samples allows 2^24/n of them;
     where that is too few, the errors say so.
+    device: "cuda" for the threads of a GPU, an oscillator each, with values that differ by rounding alone; "auto" for a
+    GPU if there is one. It pays for many thousands of oscillators: see docs/large_sweeps.md.
 
     `history(T=0.5)` of the result is the `substep.Response` of one oscillator: see docs/spectra.md.
 
     Raises ValueError for input outside of these ranges or shapes, and for a dt above 1 s, likely in ms; OSError for a
-    file that cannot be read.
+    file that cannot be read; RuntimeError where there is no such device, ImportError where numba has no CUDA.
 
     >>> shaken = np.sin(2 * np.pi * np.arange(0.0, 10.0, 0.02))  # m/s^2, with a period of 1 s
     >>> spectrum = ss.response_spectrum(shaken, dt=0.02, periods=[0.5, 1.0, 2.0])
@@ -100,7 +104,8 @@ def response_spectrum(
     if refine not in (None, "auto"):
         raise ValueError(f'expected refine="auto", or none for the steps of the record, got {refine!r}')
     auto = refine is not None
-    found = peaks_refined(s, omega, lanes_xi, load) if auto else peaks_at_samples(s, omega, lanes_xi, load, errors)
+    with on(device):
+        found = peaks_refined(s, omega, lanes_xi, load) if auto else peaks_at_samples(s, omega, lanes_xi, load, errors)
     peaks = found.found
     dims = ("xi", "period")[-len(lanes) :]
 

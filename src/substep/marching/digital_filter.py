@@ -9,6 +9,7 @@ from functools import cache
 
 import numpy as np
 
+from ..core import device
 from ..core.arrays import Array
 from ..core.coefficients import transfer_rows
 from ..core.loads import Load, Record
@@ -66,7 +67,11 @@ def filter_of(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> Arra
 def filter_peaks(T: Array, order: int, f: Array, followed: int) -> Array:
     """Largest |u| (1, P), or |u|, |v|, |a| (3, P), of filters T (4*order + 2, P) of the load f (n + 1,), f[0] = 0."""
     P, n = T.shape[1], len(f) - 1
-    peak, (kernel, width) = np.empty((followed, P)), _kernel(order, followed)
+    peak = np.empty((followed, P))
+    if device.is_on():
+        device.peaks_of_filter(order, followed)(T, f, peak, 0, P)
+        return peak
+    kernel, width = _kernel(order, followed)
 
     def part(first: int, last: int) -> None:
         kernel(T, f, peak, first, last)

@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core import coefficients
+from ..core import coefficients, device
 from ..core.arrays import Array, read_only
 from ..core.kernel_modules import committed
 from ..core.loads import Load, LoadLanes, Record, values_at
@@ -32,6 +32,9 @@ COMPLETED, NON_FINITE = STATUSES.index("completed"), STATUSES.index("non_finite"
 NANOSECONDS = 0.25  # for a step of a lane
 CHUNK = 32768  # steps of a single lane that are marched at a time: their loads, and rows not asked for, stay near
 LOADED, BLOCKS = 128, 4  # steps and blocks that are marched at a time if each lane has its own loads: these stay near
+
+
+ON_DEVICE = 1 << 16  # lanes, a BLOCKS-th of those that are marched on a device at a time if each has its own loads
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +114,7 @@ class _Run(NamedTuple):
 
     march_lanes: Callable[..., None]  # a range of steps of a range of lanes
     march_one: Callable[..., None]  # a range of steps of one lane
-    width: int  # lanes of a block
+    width: int  # lanes of a block, or of a part of those on a device
     C: Array  # coefficients (rows, P)
     x: Array  # what is marched (m, P), at step `first`
     loads: StepLoads
@@ -143,8 +146,8 @@ def prepared(
     if absolute:
         shape, absolute_C = absolute_rows(scheme, C, o, loads.K)
         head = head and replace(head, out=with_absolute(o, head.out))
-        return _Run(*_kernels(shape, loads.K), absolute_C, x, loads, first, head)
-    return _Run(*_kernels(shape, loads.K), C, x, loads, first, head)
+        return _Run(*_here(shape, loads.K), absolute_C, x, loads, first, head)
+    return _Run(*_here(shape, loads.K), C, x, loads, first, head)
 
 
 def _coefficients(scheme: Scheme, Omega: Array, o: Oscillators, stencil: Array | None = None) -> Array:
@@ -205,6 +208,12 @@ def _kernels(name: str, K: int) -> tuple[Callable[..., None], Callable[..., None
 
         module = march_module(name, K)
     return getattr(module, f"march_{K}"), getattr(module, f"run_{K}"), module.WIDTH
+
+
+def _here(name: str, K: int) -> tuple[Callable[..., None], Callable[..., None], int]:
+    """The same, where many lanes are threads of a GPU if that is asked for; the CPU is faster at one."""
+    many, one, width = _kernels(name, K)
+    return (device.march_of_shape(name, K), one, ON_DEVICE) if device.is_on() else (many, one, width)
 
 
 def _started(
@@ -303,7 +312,8 @@ def _in_blocks(
                 )  # fmt: skip
                 np.maximum(lanes.peak[:, some], before, out=lanes.peak[:, some])
 
-    spread(part, P, r.width if r.loads.shared else together, nanoseconds=P * n * NANOSECONDS)
+    nanoseconds = 0.0 if device.is_on() else P * n * NANOSECONDS  # one thread of the CPU serves a device
+    spread(part, P, r.width if r.loads.shared else together, nanoseconds=nanoseconds)
     if r.head is not None:
         _rows_of_head(r, stride, lanes, slice(None))
     return r.x

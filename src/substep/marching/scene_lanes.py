@@ -10,6 +10,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core import device
 from ..core.arrays import Array, copy_rows
 from ..core.kernel_modules import committed, printed
 from ..core.loads import LoadLanes
@@ -144,7 +145,7 @@ def march_lanes(
     else:
         for k, (kind, _) in enumerate(module.STATE):
             arrays["state"][:, k] = arrays[kind]
-    _run(module, arrays, P, steps // stride + 1, reader, len(scene.info.memory))
+    _run(module, arrays, P, steps // stride + 1, reader, len(scene.info.memory), _threads(scene, scheme, module))
     energy = scene.energy(np.zeros(P), u, v, memory)
     peak = np.maximum(arrays["peak"], energy)
     if head is not None:
@@ -260,12 +261,28 @@ def _head(
     return head
 
 
+def _threads(scene: Scene, scheme: Scheme, module: ModuleType) -> Callable[..., None] | None:
+    """The march in the threads of a GPU where that is asked for."""
+    return device.march_of_pair(scheme.info.source, scene.info.source, module.ARGUMENTS) if device.is_on() else None
+
+
 def _run(
-    module: ModuleType, arrays: Mapping[str, Any], lanes: int, rows: int, reader: Reader | None, remembered: int
-) -> None:  # fmt: skip
-    """March all lanes: a few one by one, many in blocks. Parts are small, since slow lanes are often neighbours."""
+    module: ModuleType,
+    arrays: Mapping[str, Any],
+    lanes: int,
+    rows: int,
+    reader: Reader | None,
+    remembered: int,
+    threads: Callable[..., None] | None,
+) -> None:
+    """March all lanes: a few one by one, many in blocks. Parts are small, since slow lanes are often neighbours.
+
+    threads: the march in the threads of a GPU, which takes all of them.
+    """
     few = lanes < FEW
     march, least, cost = (module.march, 1, 100) if few else (module.march_block, LEAST, 4)  # ns a step of a lane
+    if threads is not None:
+        march, least, cost = threads, max(lanes, 1), 0
     given = [arrays[name] for name in module.ARGUMENTS]
 
     shared = arrays["forces"] if "forces" in arrays and len(arrays["forces"]) == 1 else None

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator, Mapping, Sequence
-from contextlib import closing
+from contextlib import closing, suppress
+from operator import index
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -12,12 +13,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.arrays import Array, named
+from ..core.device import Device, found, on
 from ..core.errors import called_as
 from ..core.loads import Load
 from ..core.memory import require_memory
 from ..core.progress import shown
 from ..core.scenes import Scene
 from ..core.schemes import Scheme
+from ..core.threads import at_most
 from ..marching.run import require_in_order
 from ..run.axes import Keep
 from ..structures.structure import Modes, Structure
@@ -49,6 +52,8 @@ def sweep(
     load: Load | Sequence[Any] | None = None,
     save: str | Path | None = None,
     client: Client | None = None,
+    device: Device = "cpu",
+    workers: int | None = None,
     progress: bool = True,
     **axes: Any,
 ) -> xarray.Dataset:
@@ -80,13 +85,17 @@ def sweep(
 
     save: a folder for a Zarr store (the extra `save`), which is written chunk by chunk and read from when the Dataset
     is used; the same call again goes on where it was stopped, even by a kill. client: a dask.distributed client, whose
-    workers take the chunks. progress: a bar on the terminal once it has taken a second. Ctrl-C returns what is done,
-    with attrs["interrupted"] = 1.
+    workers take the chunks. device: "cuda" for the threads of a GPU, a run each, "auto" for a GPU if there is one and
+    it can take the runs, which it cannot with tol or of a structure; with client, the device of each worker. Results
+    are those of the CPU up to rounding, or the tolerance of Newton's iteration. workers: the most cores that this
+    process uses, by threads; by default all. progress: a bar on the terminal once it has taken a second. Ctrl-C returns
+    what is done, with attrs["interrupted"] = 1.
 
     Raises ValueError, before anything is run, for names and values that do not fit, for both or neither of dt and tol,
     for a scheme that cannot change its step where steps are chosen, for t_end that is not a multiple of every dt, and
-    for a save that holds another sweep; ImportError for save where zarr is not installed. If running raises, the
-    exception's `dataset` is what was done.
+    for a save that holds another sweep; ImportError for save where zarr is not installed, and for device="cuda" where
+    numba has no CUDA; RuntimeError where there is no such device. If running raises, the exception's `dataset` is what
+    was done.
 
     >>> ds = ss.sweep("linear_oscillator", "newmark", omega=[1.0, 2.0], dt=[0.1, 0.2, 0.5], t_end=1.0)
     >>> dict(ds.u.sizes)
@@ -98,7 +107,10 @@ def sweep(
         )
     require_in_order("sweep", scene, scheme)
     shared: dict[str, Any] = {"dt": dt, "tol": tol, "t_end": t_end, "keep": keep, "samples": samples}
-    shared |= {"energy_bound": energy_bound, "a0": a0, "load": load}
+    shared |= {"energy_bound": energy_bound, "a0": a0, "load": load, "device": device}
+    cores = _workers(workers)
+    if client is None:
+        found(device)
     if isinstance(scene, Structure):
         plan = planned_structure(scene, scheme, **shared, save=save, **axes)
     else:
@@ -113,7 +125,7 @@ def sweep(
     if store is not None:
         todo = [chunk for chunk in todo if not store.is_done(chunk)]
     room = targets if store is None else None
-    blocks = _here(plan, todo, room) if client is None else run_on(client, plan, todo)
+    blocks = _here(plan, todo, room, cores) if client is None else run_on(client, plan, todo)
     left = {chunk.first: chunk for chunk in todo}
 
     def result(interrupted: bool) -> xarray.Dataset:
@@ -155,12 +167,26 @@ def _targets(variables: Mapping[str, Variable], shape: tuple[int, ...]) -> dict[
     }
 
 
-def _here(plan: SweepPlan, chunks: Sequence[Chunk], targets: Mapping[str, Array] | None) -> Blocks:
+def _workers(workers: Any) -> int | None:
+    """The number of cores asked for. Raises ValueError for one that is not whole, or below 1."""
+    if workers is None:
+        return None
+    with suppress(TypeError):
+        if not isinstance(workers, bool) and index(workers) >= 1:
+            return index(workers)
+    raise ValueError(f"expected workers to be a whole number of cores >= 1, got {workers!r}; leave it out for all")
+
+
+def _here(
+    plan: SweepPlan, chunks: Sequence[Chunk], targets: Mapping[str, Array] | None, workers: int | None
+) -> Blocks:  # fmt: skip
     """Run the chunks one after another; targets: in which their results may be put at once."""
     for chunk in chunks:
         places = {name: target[chunk.where] for name, target in (targets or {}).items()}  # contiguous, as points are
         room = {name: x.reshape(-1, *x.shape[len(plan.shape) :]) for name, x in places.items()}
-        yield chunk, plan.run(chunk.first, chunk.last, room)
+        with on(plan.device), at_most(workers):
+            results = plan.run(chunk.first, chunk.last, room)
+        yield chunk, results
 
 
 def _fill(

@@ -4,7 +4,8 @@ from collections.abc import Generator, Sequence
 from itertools import islice
 from typing import Any
 
-from ..core.threads import serial
+from ..core.device import on
+from ..core.threads import at_most
 from .sweep_plan import Chunk, Results, SweepPlan
 
 AHEAD = 4  # chunks submitted for each thread of the workers: few, so that results do not pile up
@@ -38,6 +39,6 @@ def run_on(client: Any, plan: SweepPlan, chunks: Sequence[Chunk]) -> Generator[t
 
 
 def _run(chunk: Chunk, plan: SweepPlan) -> Results:
-    """Results of a chunk on one core, in a worker whose other cores run other chunks."""
-    with serial():
+    """Results of a chunk on one core, in a worker whose other cores run other chunks, or on the worker's device."""
+    with at_most(1), on(plan.device):
         return plan.run(chunk.first, chunk.last, {})

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..core.arrays import named
+from ..core.device import Device, found
 from ..core.errors import real_array, real_number
 from ..core.loads import Load, LoadLanes, Record, as_numbers, is_known
 from ..core.scenes import WITH_LAW, Scene, checked_parameters, make_scene, scene_info
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 
 MEMORY = 64e6  # bytes that a chunk takes while it is run
 LANE_STEPS = {True: 5e7, False: 4e6}  # linear march or not -> steps of all lanes of a chunk: about 0.2 s on one core
+ON_DEVICE = 1e9  # the same for a chunk that a GPU runs, whose threads are 10^5 lanes at once
 CHOSEN_STEPS = 2000  # taken for the number of steps of a run that chooses them
 FOR_A_CLUSTER = 2e6  # fewest such steps of a chunk for another process: sending it must take little of the time
 
@@ -168,7 +170,9 @@ class ScenePlan(SweepPlan):
     def piece(self, cluster: bool) -> tuple[int, ...]:
         """Shape of a chunk: one value of each leading axis, a piece of one axis, the whole of each trailing axis."""
         n = max(self.steps, default=CHOSEN_STEPS if self.by_tol else 1)
-        lanes = min(LANE_STEPS[self.oscillator and not self.by_tol] / n, MEMORY / self._bytes_of_a_lane(n))
+        on_device = self.device == "cuda" if cluster else found(self.device)
+        most = math.inf if on_device else LANE_STEPS[self.oscillator and not self.by_tol] / n
+        lanes = min(most, (ON_DEVICE if on_device else MEMORY) / self._bytes_of_a_lane(n))
         lanes = max(1.0, lanes, FOR_A_CLUSTER / n if cluster else 0.0)
         piece: list[int] = []
         for size in (max(size, 1) for size in reversed(self.shape)):
@@ -194,7 +198,7 @@ class ScenePlan(SweepPlan):
 def planned(
     scene: "Scene | str | SceneDeclaration", scheme: "Scheme | str | Declaration", dt: ArrayLike | None,
     tol: ArrayLike | None, t_end: float, keep: Keep, samples: int | None, energy_bound: float | None,
-    a0: ArrayLike | str | None, load: Load | None, values: dict[str, Any],
+    a0: ArrayLike | str | None, load: Load | None, device: Device, values: dict[str, Any],
 ) -> ScenePlan:  # fmt: skip
     """The checked plan of the arguments of `sweep`. Raises ValueError before anything is run."""
     of_handle: Mapping[str, Any] = {}
@@ -220,7 +224,13 @@ def planned(
         load = replace(load, **own)  # type: ignore[type-var]
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
     samples = int(samples) if isinstance(samples, np.integer) else samples
-    plan = ScenePlan(**vars(request), samples=samples, bound=bound, scene=of_scene.source, a0=a0, load=load)
+    if dt is None:
+        if device == "cuda":
+            raise ValueError("expected device='cpu' where runs choose their steps, got 'cuda'; give dt in place of tol")
+        device = "cpu"
+    plan = ScenePlan(
+        **vars(request), samples=samples, bound=bound, device=device, scene=of_scene.source, a0=a0, load=load
+    )
     _check(plan)
     return plan
 

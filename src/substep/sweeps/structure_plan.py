@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.arrays import Array, named
+from ..core.device import Device
 from ..core.loads import Record
 from ..core.response import STATUSES as ENDED
 from ..core.schemes import Scheme
@@ -117,6 +118,7 @@ def planned_structure(
     save: str | Path | None = None,
     dofs: Iterable[Dof] | None = None,
     load: Sequence[Any] | None = None,
+    device: Device = "cpu",
     ground: Sequence[Record] | None = None,
     direction: ArrayLike | None = None,
     C: Sequence[Any] | None = None,
@@ -135,6 +137,8 @@ def planned_structure(
     """
     if dt is None:
         raise ValueError("expected dt, a step or several, for a sweep of a structure, got none; march each with tol")
+    if device == "cuda":
+        raise ValueError("expected device='cpu' for a sweep of a structure, got 'cuda'; a GPU marches scenes alone")
     if "account" in parameters:
         raise ValueError("a sweep of a structure keeps no account of energy: march the point with account=True")
     others = {"tol": tol, "samples": samples, "energy_bound": energy_bound, "a0": a0, "save": save}

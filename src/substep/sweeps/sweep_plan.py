@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 import numpy as np
 
 from ..core.arrays import Array, named
+from ..core.device import Device
 from ..core.response import STATUSES
 from ..run.axes import Asked, Axis
 
@@ -58,11 +59,12 @@ STATUS = Variable.of(
 class SweepPlan(Asked, ABC):
     """A checked sweep as plain data, which is all that a worker is sent.
 
-    samples: as in `substep.sweep`. bound: energy in J before which runs end, inf for none.
+    samples, device: as in `substep.sweep`. bound: energy in J before which runs end, inf for none.
     """
 
     samples: int | None = None
     bound: float = math.inf
+    device: Device = "cpu"
     time_attrs: ClassVar[dict[str, str]] = {"long_name": "time"}
 
     @property

@@ -32,7 +32,7 @@ def _lane({lane_arguments}):
 {read_state}
 {constants}
     status, done, peak = COMPLETED, n, -np.inf
-{count_none}    for i in range(first, n):
+{no_counts}    for i in range(first, n):
 {steps}{reported}
         if not np.isfinite({sum}):
             status, done = NON_FINITE, i
@@ -45,9 +45,11 @@ def _lane({lane_arguments}):
         if (i + 1) % stride == 0 and (i + 1) // stride < out.shape[0]:
             row = out[(i + 1) // stride]
 {store}
-{write_state}
+{write}
     return status, done, peak
+'''
 
+LANES = '''
 
 @_compile
 def march({arguments}):
@@ -59,7 +61,10 @@ def march({arguments}):
         status[lane], n_done[lane], peak[lane] = _lane({lane_call})
 '''
 
-COUNT_NONE = """    newton[:] = 0
+COUNT_OF_LANE = """        sum_{balance} += taken_{balance}
+        most_{balance} = max(most_{balance}, taken_{balance})
+        if i < iterations.shape[0]:
+            iterations[i, {balance}] = taken_{balance}
 """
 
 COUNT = """        newton[0, {balance}] += taken_{balance}

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from ...core.scenes import Scene, scene
 from ...core.schemes import Scheme, scheme
 from ...core.style import COLOURS, styled
-from ...core.threads import serial
+from ...core.threads import at_most
 from ...figures.charts import save
 from ...marching.scene_lanes import march_lanes
 from ..step_counts import SAMPLES
@@ -45,7 +45,7 @@ def points(names: Sequence[str] = QUICK, *, every: int = 2, repeats: int = 3) ->
     """All schemes named and the solvers that are installed, on one core; and which solvers are missing, and why."""
     found: list[Point] = []
     missing: dict[str, str] = {}
-    with serial():
+    with at_most(1):
         for EA in STIFFNESSES:
             pendulum = scene("elastic_pendulum", EA=EA)
             exact = reference(pendulum, T_END, SAMPLES, 1e-12)

@@ -1,0 +1,34 @@
+"""All measurements, within the seconds given; see the package."""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from . import ours, peers
+from .table import Report
+
+MEASUREMENTS = (
+    ours.machine, ours.multiply_adds, ours.spectrum, ours.pendulum, ours.stability_grid, ours.march_of_a_shape,
+    ours.spectrum_call, ours.sweeps, peers.by_cupy, peers.by_jax_on_the_device, peers.pendulum_by_jax,
+    peers.by_jax_on_the_CPU,
+)  # fmt: skip
+
+
+def main() -> None:
+    """Write the table."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.device")
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--seconds", type=float, default=220.0)
+    parser.add_argument("--small", action="store_true")
+    given = parser.parse_args()
+    report = Report(given.folder, given.seconds, given.small)
+    for measurement in MEASUREMENTS:
+        report.measure(measurement)
+    print((given.folder / "device.md").read_text(encoding="utf-8"))
+
+
+if __name__ == "__main__":
+    main()
+    sys.stdout.flush()
+    os._exit(0)  # without waiting for what a library may still hold of the device

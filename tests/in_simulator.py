@@ -1,0 +1,120 @@
+"""The same marches on the CPU and in numba's CUDA simulator, in a process of its own: see test_device.
+
+Run as a program, with the names of cases, it prints for each the largest relative difference as JSON. Without the
+simulator, it takes the device that there is.
+"""
+
+import json
+import sys
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+import substep as ss
+from substep.core import device as core_device
+
+LAUNCHED: list[int] = []  # how many lanes each launch of a kernel has had
+STEPS = 12
+SHAKEN = ss.Record(0.02, np.concatenate([[0.0], np.random.default_rng(3).standard_normal(STEPS)]), unit="m/s^2")
+LATE = ss.Record(0.02, np.random.default_rng(4).standard_normal(STEPS), unit="m/s^2")  # not from rest: no filter
+
+
+def spectrum(scheme: str, record: ss.Record = SHAKEN, **options: Any) -> Callable[[str], Mapping[str, Any]]:
+    """A response spectrum with its errors, and so the exact one."""
+    return lambda device: ss.response_spectrum(record, periods=[0.1, 0.5, 2.0], scheme=scheme, device=device, **options)
+
+
+def sweep(scene: str, scheme: str, **options: Any) -> Callable[[str], Mapping[str, Any]]:
+    """A sweep, of few steps unless it says otherwise."""
+    given = {"dt": 0.01, "t_end": 0.01 * STEPS, "progress": False, **options}
+    return lambda device: ss.sweep(scene, scheme, **given, device=device)
+
+
+HALF_SINE = ss.HalfSine(1.0, 0.1)
+OMEGA = np.array([1.0, 20.0, 150.0])
+LINEAR = {
+    "filter": spectrum("average_acceleration", xi=[0.02, 0.1]),
+    "filter of third order": spectrum("generalized_alpha"),
+    "march": spectrum("newmark", LATE),
+    "refined": spectrum("wilson_theta", refine="auto"),
+    "final": sweep("linear_oscillator", "generalized_alpha", omega=OMEGA, rho_inf=[0.2, 0.8]),
+    "peak": sweep("linear_oscillator", "bathe", omega=OMEGA, keep="peak", load=HALF_SINE),
+    "history": sweep("linear_oscillator", "newmark", omega=OMEGA, keep="history", samples=4, load=HALF_SINE),
+    "own loads": sweep("linear_oscillator", "newmark", omega=OMEGA, load=HALF_SINE, duration=[0.05, 0.1]),
+    "started by another": sweep("linear_oscillator", "park", omega=OMEGA, keep="history"),
+    "unstable": sweep("linear_oscillator", "central_difference", omega=[1.0, 1e30], t_end=0.3, keep="peak"),
+}
+SCENES = {
+    "pendulum": sweep("elastic_pendulum", "bathe", EA=[1e4, 1e6], v0=[7.0, 8.0]),
+    "pendulum, peak": sweep("elastic_pendulum", "newmark_bdf2", EA=[1e4, 1e6], keep="peak"),
+    "pendulum, history": sweep("elastic_pendulum", "energy_momentum", EA=[1e4, 1e6], keep="history", samples=3),
+    "contact": sweep("penalty_bounce", "newmark", u0=[0.01, 0.1], v0=[-1.0, -2.0]),
+    "explicit": sweep("softening", "rk4", u0=[0.5, 1.0], k=[1.0, 10.0]),
+    "started": sweep("duffing", "kr_alpha", u0=[0.5, 1.0]),
+    "started by another": sweep("simple_pendulum", "houbolt", u0=[0.5, 1.0], keep="history"),
+    "law": sweep(
+        "hysteretic_oscillator",
+        "newmark",
+        law="bilinear",
+        strength=0.5,
+        dt=0.05,
+        t_end=0.6,
+        omega=[1.0, 9.0],
+        v0=[1.0, 3.0],
+    ),
+    "bound": sweep("elastic_pendulum", "bathe", EA=[1e4, 1e6], energy_bound=300.0),
+    "failing": sweep("elastic_pendulum", "newmark", EA=[1e4, 1e30], dt=0.1, t_end=1.2),
+}
+
+
+def radii(scheme: str, **parameters: float) -> Callable[[str], Mapping[str, Any]]:
+    """The spectral radius at points, NaN at the last ones, where the CPU refuses Omega."""
+    Omega = np.append(np.geomspace(1e-3, 1e3, 30), [-1.0, np.inf])
+    s = ss.scheme(scheme, **parameters)
+
+    def found(device: str) -> Mapping[str, Any]:
+        if device == "cpu":
+            return {"radius": np.append(s.spectral_radius(Omega[:-2], 0.1), [np.nan, np.nan])}
+        from numba import cuda
+
+        LAUNCHED.append(len(Omega))
+        there = cuda.to_device(Omega)
+        assert s.spectral_radius(there.reshape(4, 8), 0.1).shape == (4, 8)
+        return {"radius": s.spectral_radius(there, 0.1).copy_to_host()}
+
+    return found
+
+
+LINEAR |= {f"radii of {name}": radii(name) for name in ("newmark", "generalized_alpha")}
+CASES = {**LINEAR, **{f"scene: {name}": case for name, case in SCENES.items()}}
+
+
+def difference(case: Callable[[str], Mapping[str, Any]]) -> float:
+    """The largest difference of any variable, over its largest value; infinite where one of two is NaN, or a count."""
+    here, launches = case("cpu"), len(LAUNCHED)
+    there, worst = case("cuda"), 0.0
+    assert len(LAUNCHED) > launches, "no kernel was launched"
+    for name in here:
+        a, b = (np.asarray(x[name], float) for x in (here, there))
+        if not np.array_equal(np.isnan(a), np.isnan(b)) or not np.array_equal(np.isinf(a), np.isinf(b)):
+            return np.inf
+        finite = np.isfinite(a)
+        scale = 1.0 if str(name).endswith("_error") else max(np.abs(a[finite]).max(initial=0.0), 1e-300)
+        worst = max(worst, np.abs(a - b)[finite].max(initial=0.0) / scale)
+    return float(worst)
+
+
+def counted(launch: Callable[..., None]) -> Callable[..., None]:
+    """A launch that is taken down."""
+
+    def counts(kernel: Any, lanes: int, *arguments: Any) -> None:
+        LAUNCHED.append(lanes)
+        launch(kernel, lanes, *arguments)
+
+    return counts
+
+
+if __name__ == "__main__":
+    core_device._launch = counted(core_device._launch)
+    print(json.dumps({name: difference(CASES[name]) for name in sys.argv[1:]}))
