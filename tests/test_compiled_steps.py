@@ -9,6 +9,8 @@ import pytest
 from declared import BY_NAME
 from law_scenes import MARCHED, declared, fitting
 from scipy import sparse
+from substep_derive import Law, e, required
+from sympy import Interval, Max, Min, symbols
 
 import substep as ss
 from substep.structures.march import fixed_steps
@@ -191,3 +193,38 @@ def test_sweeps_of_records_march_by_the_kernel() -> None:
         assert (found.status == 0).all()
         for case, r in enumerate(marched):
             assert apart(found["peak_u" if keep == "peak" else "u"].isel(case=case).values, of(r.u)) <= 1e-12
+
+
+@pytest.mark.parametrize("scheme", ["average_acceleration", "bathe"])
+def test_an_iteration_that_fails_ends_the_march_as_one_by_one(scheme: str) -> None:
+    """A law that falls after its yield point, in steps so long that none of its branches has a root."""
+    k, q_y, alpha, p = symbols("k q_y alpha p")
+    soft = Law(
+        "softening_steel",
+        parameters=(required(k), required(q_y), required(alpha, Interval(-10, 1))),
+        memory={p: 0},
+        update={p: Max(e - q_y / k, Min(e + q_y / k, p))},
+        force=alpha * k * e + (1 - alpha) * k * (e - p),
+    )
+    t = 0.1 * np.arange(40)
+    law, load = ss.law(soft, k=K, q_y=Q_Y, alpha=-2.0), ss.Record(0.1, 2.0 * t**2 * np.sin(10.0 * t))
+    s = ss.structure(np.diag(M), springs=[(B, law)]).ground_motion(load, 1.0)
+    options: dict[str, Any] = {"dt": 0.2, "t_end": 3.0}
+    r, other = ss.march(s, scheme, **options), one_by_one(s, scheme, **options)
+    assert r.status == other.status == "newton_failed"
+    assert r.t_failed == other.t_failed
+    assert len(r.t) == len(r.memory["p"]) == len(r.springs.forces) == len(r.account.work) == len(other.t) > 4
+    assert np.array_equal(r.t, other.t)
+    assert apart(r.u, other.u) <= 1e-12
+    assert apart(r.state.u, other.state.u) <= 1e-12
+    assert apart(r.state.memory["p"], other.state.memory["p"]) <= 1e-12
+
+
+def test_what_overflows_ends_with_a_status() -> None:
+    """An explicit scheme beyond its largest stable step."""
+    options: dict[str, Any] = {"dt": 0.3, "t_end": 900.0, "account": False}
+    s = model("bilinear", damped=False)
+    r, other = ss.march(s, "central_difference", **options), one_by_one(s, "central_difference", **options)
+    assert r.status == other.status == "non_finite"
+    assert r.t_failed == other.t_failed
+    assert np.isfinite(r.u).all()

@@ -192,7 +192,7 @@ def _solved(i, linear, d, B, kept, x, out):
     matrix is regular.
     """
     keys, factors, orders, spans, whole, filled, recent = kept
-    count, slot, n = filled[i], -1, len(linear)
+    count, most, slot, n = filled[i], keys.shape[1], -1, len(linear)
     for back in range(count):
         other = recent[i] - back
         other = other if other >= 0 else other + count
@@ -203,7 +203,7 @@ def _solved(i, linear, d, B, kept, x, out):
             slot = other
             break
     if slot < 0:
-        slot = count if count < KEPT else (recent[i] + 1) % KEPT
+        slot = count if count < most else (recent[i] + 1) % most
         A, (first, columns, entries) = factors[i, slot], B
         for k in range(n):
             _copy(linear[k], A[k])

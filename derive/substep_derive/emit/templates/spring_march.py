@@ -17,14 +17,14 @@ _compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=Tr
 # called by kernels alone: not from Python, and so without the code for that; they allocate nothing and count no
 # references to arrays. What takes many arrays is put in line: each is passed as seven numbers
 _inner = njit(
-    nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={{"contract"}}, _nrt=False
+    nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={{"contract"}},
+    _nrt=False,
 )
 _inline = njit(
-    nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={{"contract"}}, _nrt=False,
-    forceinline=True,
+    nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={{"contract"}},
+    _nrt=False, forceinline=True,
 )
 
-KEPT = 8  # sets of slopes of which the factors are kept, of each system
 FEW = 24  # degrees of freedom up to which matrices are inverted
 REGULAR = 1e-13  # of the largest pivot so far: what the next one must be more than
 {call}{products}
@@ -243,7 +243,7 @@ def _step(X, loads, n, rules, plan, structure, springs, memories, kept, counts, 
 
 
 @_compile
-def march(state, memory, loads, rules, plan, out, report, structure, springs, results):
+def march(state, memory, loads, rules, plan, out, report, structure, springs, results, room):
     """As many steps as there are loads (I, steps, m), from the state (S, m) and what is remembered (k,).
 
     rules: of Newton's iteration, as `substep.structures.march.newton` has them. plan: of each system four rows (4, V),
@@ -255,46 +255,38 @@ def march(state, memory, loads, rules, plan, out, report, structure, springs, re
     state; report (R, V). structure: the four matrices, their spans, and the largest stiffness. springs: B; of each law
     its address, first spring, parameter and number remembered, and all parameters; whether some read rates. results:
     reports (steps, R, m), memories (steps, k), iterations (steps, I), largest displacements and shortened corrections
-    (I,) so far.
+    (I,) so far. room: X, the next state, memories (C + 1, k), shortened corrections of a step (I,), what `_solved`
+    keeps, the springs' part of `_step`, and vectors of the structure's.
 
     Returns how many steps are done before one that fails; state and memory are then those after the last of them.
     """
     reports, remembered, counts, largest, shortened = results
-    (I, steps, m), (S, V), n, s = loads.shape, out.shape, structure[0].shape[1], len(springs[0][0]) - 1
-    F = len(plan[7][0])
-    X, next_state, whole = np.zeros((V, m)), np.empty((S, m)), np.zeros((m >> 2, 2), np.int64)
-    whole[:, 1] = n
-    X[:S] = state
-    memories = np.empty((len(plan[11]) + 1, memory.size))
-    memories[0] = memory
-    kept = (
-        np.empty((I, KEPT, s)), np.empty((I, KEPT, n, m)), np.empty((I, KEPT, n), np.int64),
-        np.empty((I, KEPT, n, 2), np.int64), whole, np.zeros(I, np.int64), np.zeros(I, np.int64),
-    )
-    work = (
-        np.empty((max(F, 1), 4, s)), np.empty((F, s)), np.empty(s), np.empty(s), np.empty(s), np.empty(s), np.empty(s),
-        np.empty((max(F, 1), memory.size)),
-    )
-    room = np.empty(m), np.empty(m), np.empty(m), np.empty(m), np.empty(m), np.empty(m), np.empty(s)
-    rooms = np.empty(m), np.empty(m), np.empty(m), np.empty(s), room
-    shorter, done = np.zeros(I, np.int64), 0
-    for step in range(steps):
-        shorter[:] = 0
+    X, next_state, memories, shorter, kept, work, rooms = room
+    S, V, done = len(out), out.shape[1], 0
+    for r in range(S):
+        _copy(state[r], X[r])
+    _copy(memory, memories[0])
+    for step in range(loads.shape[1]):
+        for i in range(shorter.size):
+            shorter[i] = 0
         level = _step(
             X, loads, step, rules, plan, structure, springs, memories, kept, counts[step], largest, shorter, work, rooms
         )
-        if level < 0 or not np.isfinite(X[V - 1].sum()):
+        if level < 0 or not np.isfinite(_largest(X[V - 1])):
             break
         for r in range(len(report)):
             _combine(report[r], X, V, reports[step, r])
         for r in range(S):
             _combine(out[r], X, V, next_state[r])
-        X[:S] = next_state
-        memories[0] = memories[level]
-        remembered[step] = memories[0]
-        shortened += shorter
+        for r in range(S):
+            _copy(next_state[r], X[r])
+        _copy(memories[level], memories[0])
+        _copy(memories[0], remembered[step])
+        for i in range(shorter.size):
+            shortened[i] += shorter[i]
         done += 1
-    state[:] = X[:S]
-    memory[:] = memories[0]
+    for r in range(S):
+        _copy(X[r], state[r])
+    _copy(memories[0], memory)
     return done
 '''

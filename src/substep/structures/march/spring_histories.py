@@ -113,7 +113,8 @@ class SpringRows:
         if springs is None:
             return None
         e, q, stored, work = np.moveaxis(np.concatenate(self.rows)[:rows], 1, 0)
-        dissipated = work - (stored - stored[0])
+        with np.errstate(all="ignore"):  # of a march that overflows
+            dissipated = work - (stored - stored[0])
         for k, group in enumerate(springs.groups):
             if "dissipated" in group.law.memory:
                 place = group.law.memory.index("dissipated")
