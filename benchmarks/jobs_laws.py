@@ -8,7 +8,7 @@ from . import limits, ours, peers
 from .job import BESIDE_C, Goal, Job, Table
 from .jobs_startup import compiling
 from .linear import record
-from .peers_march import OpenSees
+from .peers_march import OpenSees, OpenSeesBuilding
 from .timing import Alternative, Measured, cores, measure
 
 NAME = "laws"
@@ -21,6 +21,7 @@ N, DT, XI, HARDENING, REDUCED = (
     4.0,
 )  # strengths: those with which they just stay elastic, over 4
 DUCTILITIES, PERIODS = (1.0, 1.5, 2.0, 4.0, 8.0), np.geomspace(0.05, 5.0, 100)
+STORIES, STEPS, SINGLY, FINE = 10, 10_000, 500, 0.01  # of a building: its steps, s, and how many are taken one by one
 SCHEME, PEAKS = "average_acceleration", "substep, peaks of |u|, as inelastic spectra take them"
 BEFORE = "import numpy as np, substep as ss; given = dict(omega=6.0, load=ss.HalfSine(9.0, 0.6))"
 ONE = f"ss.march(ss.scene('hysteretic_oscillator', strength=2.0, **given), '{SCHEME}', 0.1, 1.0)"
@@ -39,6 +40,7 @@ def job(quick: bool) -> Job:
         for lanes in LANES:
             found.tables.append(_lanes(found, lanes, rounds))
         _spectrum(found, rounds)
+        _building(found, rounds)
     rows = [Measured(x, "substep", np.array([compiling(BEFORE, call)]), {}) for x, call in COMPILED.items()]
     found.tables.append(Table("derived, printed and compiled in a new process, nothing cached: CPU time", "pair", rows))
     found.notes.append(
@@ -135,6 +137,44 @@ def _opensees(found: Job, omega: float, strength: float, load: ss.Record, u: flo
             "openseespy Steel01", "peer", program.run, N, lambda last: {"u": float(abs(last[0] - u) / abs(u))}
         )
     ]  # fmt: skip
+
+
+def _building(found: Job, rounds: int) -> None:
+    """Ten stories, about half of them yielding: many steps in a kernel, or each of them in Python."""
+    f = record(STEPS, FINE)
+    k = 2.0e7 * np.linspace(1.5, 0.7, STORIES)
+    strengths = 0.35 * 2e4 * np.abs(f).max() * np.cumsum(np.ones(STORIES))[::-1] * np.linspace(1.0, 2.0, STORIES)
+    stories = [(2e4, float(x), float(y), float(2e-3 * x)) for x, y in zip(k, strengths, strict=True)]
+    given = stories, HARDENING, f, FINE
+    ours_, singly = ours.building(*given), ours.building(*given, singly=True)
+    whole = ours_(STEPS)
+    first, u = np.asarray(singly(SINGLY).u), np.asarray(whole.u)
+
+    def apart(last: np.ndarray) -> dict[str, float]:
+        return {"u": float(np.abs(last - u[-1]).max() / np.abs(u).max())}
+
+    rows = [
+        Alternative("substep", "substep", lambda: ours_(STEPS), STEPS),
+        Alternative("substep, with energies", "substep", lambda: ours_(STEPS, account=True), STEPS),
+        Alternative(
+            f"substep, {SINGLY} steps one by one", "substep", lambda: singly(SINGLY), SINGLY,
+            lambda _: {"u": float(np.abs(first - u[: SINGLY + 1]).max() / np.abs(u).max())},
+        ),
+    ]  # fmt: skip
+    try:
+        program = OpenSeesBuilding(*given)
+        rows.append(Alternative("openseespy", "peer", program.run, STEPS, apart))
+    except peers.MissingPeerError as error:
+        found.skipped["openseespy, building"] = str(error)
+    of = {"u": "u against substep's, of the largest"}
+    table = Table(f"a building of {STORIES} bilinear stories, {STEPS} steps", "step", measure(rows, rounds), of)
+    found.tables.append(table)
+    yielding = int((np.ptp(whole.memory["p"], axis=0) > 0).sum())
+    found.notes.append(
+        f"{yielding} of the building's {STORIES} stories yield; histories of u, v, a, drifts and shears."
+    )
+    found.compare(table, "building: openseespy / substep", "openseespy", "substep", ">=", 50)
+    found.compare(table, "building: one by one / substep", f"substep, {SINGLY} steps one by one", "substep", ">=", 100)
 
 
 def _spectrum(found: Job, rounds: int) -> None:

@@ -1,8 +1,10 @@
 """The calls of substep that the jobs time: the only file to change when its interface does."""
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from functools import cache
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +20,7 @@ from substep.marching import linear
 from substep.marching.linear import march_linear
 from substep.marching.oscillators import Oscillators
 from substep.marching.scene_lanes import Lanes, march_lanes, pair_kernels
+from substep.structures.march import fixed_steps
 
 from .linear import scheme
 
@@ -121,6 +124,30 @@ def bilinear_kernel(
         arrays["state"][:] = 0.0
         module.march_block(*given)
         return arrays["state"][:, 0, 0]
+
+    return march
+
+
+def building(
+    stories: list[tuple[float, float, float, float]],
+    hardening: float,
+    record: Array,
+    dt: float,
+    *,
+    singly: bool = False,
+) -> Callable[[int], Any]:
+    """A shear building of bilinear stories, each mass, stiffness, strength and dashpot: a march of so many steps.
+
+    singly: step by step, as structures are marched that no kernel takes.
+    """
+    masses, k, q_y, c = np.array(stories).T
+    drifts = np.eye(len(masses)) - np.eye(len(masses), k=-1)
+    law = ss.law("bilinear", k=k, q_y=q_y, alpha=hardening)
+    s = ss.shear_building(masses, law, damping=drifts.T @ np.diag(c) @ drifts).ground_motion(ss.Record(dt, record), 1.0)
+
+    def march(steps: int, account: bool = False) -> Any:
+        with patch.object(fixed_steps.CompiledSteps, "of", lambda march: None) if singly else nullcontext():
+            return ss.march(s, "average_acceleration", dt, steps * dt, account=account, progress=False)
 
     return march
 

@@ -12,6 +12,7 @@ from substep_derive.motion.equations import EquationsOfMotion
 from substep_derive.package import COMMITTED
 
 import substep as ss
+from substep.core import kernel_modules
 from substep.derived.modules import adaptive_pair, uncommitted_pair
 
 GENERATED = Path(__file__).parents[1] / "generated" / "substep_kernels"
@@ -85,6 +86,15 @@ def uncompiled(source: str) -> ModuleType:
     source = source.replace("from numba import njit", "njit = lambda **_: lambda function: function")
     exec(compile(source, "kernels", "exec"), vars(module))
     return module
+
+
+def _address(kernel: Callable[..., None], whole: int = 1) -> int | Callable[..., None]:
+    """Of a kernel; that of an uncompiled module itself."""
+    return kernel if kernel.__code__.co_filename == "kernels" else ADDRESS(kernel, whole)
+
+
+# laws are called from Python, too, by their addresses
+ADDRESS, kernel_modules.address = kernel_modules.address, _address
 
 
 def variant(name: str, **options: Any) -> ss.Scene:

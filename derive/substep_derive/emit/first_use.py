@@ -21,9 +21,12 @@ from .gpu_thread import pair_threads
 from .local_error_module import local_error_module
 from .pair_module import pair_module
 from .plan_module import plan_module
-from .printing import fill
+from .printing import fill, with_banner
 from .scene_module import scene_entry, scene_module
+from .templates.elementary import CALL, CALL_IMPORTS
 from .templates.scheme import BANNER
+from .templates.small_matrices import SMALL_MATRICES
+from .templates.spring_march import SPRING_MARCH
 
 
 def catalogue_pair(scheme: Scheme, motion: EquationsOfMotion) -> str:
@@ -56,6 +59,12 @@ def local_error(scheme: Scheme, exact: Mapping[str, Any], *, damped: bool) -> st
     Raises NoEstimator for a scheme without an estimate from what a step holds.
     """
     return local_error_module(LocalError.of(scheme, exact, damped=damped))
+
+
+def spring_march() -> str:
+    """Text of the module that marches small structures with springs of laws."""
+    text = fill(SPRING_MARCH, imports=CALL_IMPORTS, call=fill(CALL), products=SMALL_MATRICES)
+    return with_banner("substep_derive", text)
 
 
 def own_plan(scheme: Scheme) -> str:

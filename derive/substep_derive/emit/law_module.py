@@ -5,36 +5,41 @@ from collections.abc import Iterable
 from sympy import Expr, Symbol
 
 from ..declare.digest import law_digest
-from ..declare.law import Law, e, e_dot, slope
+from ..declare.law import Law, e, e_dot, elapsed, slope
 from ..declare.names import printed
 from .index import domain_text, number
 from .law_functions import law_functions
 from .printing import KernelPrinter, block, docstring, fill, literal_tuple, placed, with_banner
-from .templates.decorators import COMPILE_AND_INNER
+from .templates.decorators import INNER
 from .templates.law import EVALUATE, LAW, LAWS, UNSTRAINED
 from .templates.scheme import BANNER
 
 DISSIPATED = Symbol("dissipated")
+CALLED = "# called by kernels alone: not from Python, and so without the code for that\n"
 
 
 def law_module(law: Law) -> str:
     """Text of generated/substep_kernels/laws/<name>.py."""
     parameters = {p.symbol: printed(p.symbol) for p in law.parameters}
     keeps = [*law.memory, *([DISSIPATED] if law.dissipated != 0 else [])]
+    values, kept = _places("parameters", len(parameters)), _places("memory", len(keeps))
+    new = _places("new", len(keeps))
     outputs: list[tuple[str, Expr]] = [
         ("force[i]", law.trial),
         ("tangent[i]", slope(law.trial, e)),
         ("damping[i]", law.trial.diff(e_dot)),
-        *((f"new[i, {k}]", law.update[s]) for k, s in enumerate(law.memory)),
+        *((place, law.update[s]) for place, s in zip(new, law.memory, strict=False)),
     ]
     if law.dissipated != 0:
-        outputs.append((f"new[i, {len(law.memory)}]", DISSIPATED + law.lost))
+        outputs.append((new[-1], DISSIPATED + law.lost))
     outputs.append(("stored[i]", law.stored.subs(dict(law.update), simultaneous=True)))
     used = {s for _, x in outputs for s in x.free_symbols}
-    names = {s.name: printed(s).name for s in (*parameters, *keeps, e, e_dot)}  # as no name of the kernel's own
+    names = {
+        s.name: printed(s).name for s in (*parameters, *keeps, e, e_dot, elapsed)
+    }  # as no name of the kernel's own
     w = KernelPrinter(names)
-    places = [(s, f"parameters[i, {k}]") for k, s in enumerate(parameters)]
-    places += [(s, f"memory[i, {k}]") for k, s in enumerate(keeps)] + [(e, "e[i]"), (e_dot, "e_dot[i]")]
+    places = [*zip(parameters, values, strict=True), *zip(keeps, kept, strict=True)]
+    places += [(e, "e[i]"), (e_dot, "e_dot[i]"), (elapsed, "elapsed[0]")]
     body = fill(
         EVALUATE,
         read=placed((f"{names[s.name]} = {place}" for s, place in places if s in used), 2),
@@ -58,7 +63,12 @@ def law_module(law: Law) -> str:
         of_rate=law.of_rate,
     )
     banner = fill(BANNER, source=f"the declaration of {law.name} in substep_derive.laws", digest=law_digest(law))
-    return "".join([banner, header, COMPILE_AND_INNER, *law_functions(text, "@_inner\n"), text])
+    return "".join([banner, header, CALLED, INNER, *law_functions(text, "@_inner\n"), text])
+
+
+def _places(array: str, each: int) -> list[str]:
+    """Where the numbers of the spring i are in an array that has so many of each."""
+    return [f"{array}[{each}*i + {k}]" for k in range(each)]
 
 
 def _start(law: Law, parameters: dict[Symbol, Symbol]) -> list[Expr]:

@@ -17,7 +17,6 @@ PARAMETERS = (("k", 0.0, None, True, True, None), ("q_y", 0.0, None, True, True,
 MEMORY = ("p", "dissipated",)
 # whether the force depends on the rate of the elongation
 OF_RATE = False
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 # called by kernels alone: not from Python, and so without the code for that
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
 
@@ -27,19 +26,18 @@ def unstrained(k_, q_y_, alpha_):
     return (0.0, 0.0,)
 
 
-@_compile
-def evaluate(parameters, e, e_dot, memory, elapsed, force, tangent, damping, new, stored):
-    """Of n springs: the force (n,) at elongations e (n,), its slopes by these and by their rates e_dot (n,), ...
+def evaluate(count, parameters, e, e_dot, memory, elapsed, force, tangent, damping, new, stored):
+    """Of so many springs the force at elongations e, its slopes by these and by their rates e_dot, ...
 
-    ... the memory `new` (n, k) that a commit there would keep, and the energy stored (n,). parameters (n, p): in the
-    order of PARAMETERS; memory (n, k): that last committed, elapsed s before.
+    ... the memory `new` that a commit there would keep, and the energy stored. parameters: of each spring in the order
+    of PARAMETERS; memory: of each what was last committed, elapsed s before. It is called by its address.
     """
-    for i in range(e.size):
-        k_ = parameters[i, 0]
-        q_y_ = parameters[i, 1]
-        alpha_ = parameters[i, 2]
-        p_ = memory[i, 0]
-        dissipated_ = memory[i, 1]
+    for i in range(count):
+        k_ = parameters[3*i + 0]
+        q_y_ = parameters[3*i + 1]
+        alpha_ = parameters[3*i + 2]
+        p_ = memory[2*i + 0]
+        dissipated_ = memory[2*i + 1]
         e_ = e[i]
         x0 = alpha_*k_
         x1 = q_y_/k_
@@ -54,6 +52,6 @@ def evaluate(parameters, e, e_dot, memory, elapsed, force, tangent, damping, new
         force[i] = e_*x0 + x9
         tangent[i] = x0 + x8*(1 - (1 if x2 >= x4 else (1 if p_ >= x3 else 0)))
         damping[i] = 0
-        new[i, 0] = x5
-        new[i, 1] = dissipated_ + x9*(-p_ - x6)
+        new[2*i + 0] = x5
+        new[2*i + 1] = dissipated_ + x9*(-p_ - x6)
         stored[i] = (1/2)*e_**2*x0 + (1/2)*x7**2*x8

@@ -18,7 +18,6 @@ PARAMETERS = (("k", 0.0, None, True, True, None), ("q_y", 0.0, None, True, True,
 MEMORY = ("z", "e_0", "dissipated",)
 # whether the force depends on the rate of the elongation
 OF_RATE = False
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 # called by kernels alone: not from Python, and so without the code for that
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
 
@@ -157,24 +156,23 @@ def unstrained(k_, q_y_, alpha_, A_, beta_bw_, gamma_bw_, n_):
     return (0.0, 0.0, 0.0,)
 
 
-@_compile
-def evaluate(parameters, e, e_dot, memory, elapsed, force, tangent, damping, new, stored):
-    """Of n springs: the force (n,) at elongations e (n,), its slopes by these and by their rates e_dot (n,), ...
+def evaluate(count, parameters, e, e_dot, memory, elapsed, force, tangent, damping, new, stored):
+    """Of so many springs the force at elongations e, its slopes by these and by their rates e_dot, ...
 
-    ... the memory `new` (n, k) that a commit there would keep, and the energy stored (n,). parameters (n, p): in the
-    order of PARAMETERS; memory (n, k): that last committed, elapsed s before.
+    ... the memory `new` that a commit there would keep, and the energy stored. parameters: of each spring in the order
+    of PARAMETERS; memory: of each what was last committed, elapsed s before. It is called by its address.
     """
-    for i in range(e.size):
-        k_ = parameters[i, 0]
-        q_y_ = parameters[i, 1]
-        alpha_ = parameters[i, 2]
-        A_ = parameters[i, 3]
-        beta_bw_ = parameters[i, 4]
-        gamma_bw_ = parameters[i, 5]
-        n_ = parameters[i, 6]
-        z_ = memory[i, 0]
-        e_0_ = memory[i, 1]
-        dissipated_ = memory[i, 2]
+    for i in range(count):
+        k_ = parameters[7*i + 0]
+        q_y_ = parameters[7*i + 1]
+        alpha_ = parameters[7*i + 2]
+        A_ = parameters[7*i + 3]
+        beta_bw_ = parameters[7*i + 4]
+        gamma_bw_ = parameters[7*i + 5]
+        n_ = parameters[7*i + 6]
+        z_ = memory[3*i + 0]
+        e_0_ = memory[3*i + 1]
+        dissipated_ = memory[3*i + 2]
         e_ = e[i]
         x0 = alpha_*k_
         x1 = 1 - alpha_
@@ -192,7 +190,7 @@ def evaluate(parameters, e, e_dot, memory, elapsed, force, tangent, damping, new
         force[i] = e_*x0 + x1*x6
         tangent[i] = x0 + x7*_bouc_wen_slope(x5, x3, A_, beta_bw_, gamma_bw_, n_)
         damping[i] = 0
-        new[i, 0] = x6*x8
-        new[i, 1] = e_
-        new[i, 2] = dissipated_ + x10*x9*_bouc_wen_work(x3, x4, A_, beta_bw_, gamma_bw_, n_) - x12*x7*(-z_**2 + x11*x9/k_**2)
+        new[3*i + 0] = x6*x8
+        new[3*i + 1] = e_
+        new[3*i + 2] = dissipated_ + x10*x9*_bouc_wen_work(x3, x4, A_, beta_bw_, gamma_bw_, n_) - x12*x7*(-z_**2 + x11*x9/k_**2)
         stored[i] = (1/2)*e_**2*x0 + x10*x11*x12*x9

@@ -22,7 +22,6 @@ PARAMETERS = (("k", 0.0, None, True, True, None), ("q_y", 0.0, None, True, True,
 MEMORY = ("e_0", "q_0", "e_p", "e_m", "z_p", "z_m", "dissipated",)
 # whether the force depends on the rate of the elongation
 OF_RATE = False
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 # called by kernels alone: not from Python, and so without the code for that
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
 
@@ -32,24 +31,23 @@ def unstrained(k_, q_y_, alpha_):
     return (0.0, 0.0, q_y_/k_, -q_y_/k_, 0.0, 0.0, 0.0,)
 
 
-@_compile
-def evaluate(parameters, e, e_dot, memory, elapsed, force, tangent, damping, new, stored):
-    """Of n springs: the force (n,) at elongations e (n,), its slopes by these and by their rates e_dot (n,), ...
+def evaluate(count, parameters, e, e_dot, memory, elapsed, force, tangent, damping, new, stored):
+    """Of so many springs the force at elongations e, its slopes by these and by their rates e_dot, ...
 
-    ... the memory `new` (n, k) that a commit there would keep, and the energy stored (n,). parameters (n, p): in the
-    order of PARAMETERS; memory (n, k): that last committed, elapsed s before.
+    ... the memory `new` that a commit there would keep, and the energy stored. parameters: of each spring in the order
+    of PARAMETERS; memory: of each what was last committed, elapsed s before. It is called by its address.
     """
-    for i in range(e.size):
-        k_ = parameters[i, 0]
-        q_y_ = parameters[i, 1]
-        alpha_ = parameters[i, 2]
-        e_0_ = memory[i, 0]
-        q_0_ = memory[i, 1]
-        e_p_ = memory[i, 2]
-        e_m_ = memory[i, 3]
-        z_p_ = memory[i, 4]
-        z_m_ = memory[i, 5]
-        dissipated_ = memory[i, 6]
+    for i in range(count):
+        k_ = parameters[3*i + 0]
+        q_y_ = parameters[3*i + 1]
+        alpha_ = parameters[3*i + 2]
+        e_0_ = memory[7*i + 0]
+        q_0_ = memory[7*i + 1]
+        e_p_ = memory[7*i + 2]
+        e_m_ = memory[7*i + 3]
+        z_p_ = memory[7*i + 4]
+        z_m_ = memory[7*i + 5]
+        dissipated_ = memory[7*i + 6]
         e_ = e[i]
         x0 = -e_0_
         x1 = e_ + x0
@@ -121,11 +119,11 @@ def evaluate(parameters, e, e_dot, memory, elapsed, force, tangent, damping, new
         force[i] = x27
         tangent[i] = ((((k_ if x12 >= x2 else x11) if x15 >= x13 else x28) if x16 >= q_0_ else 0) if x26 >= x17 else ((k_ if x2 >= x23 else x22) if x24 >= x25 else x28))
         damping[i] = 0
-        new[i, 0] = e_
-        new[i, 1] = x27
-        new[i, 2] = max(e_p_, e_)
-        new[i, 3] = min(e_m_, e_)
-        new[i, 4] = ((x5) if ((x6 and (x36 >= 0)) if x29 else (((x6 and (x40 >= 0)) if x6 else (((x6 and (x44 >= 0)) if x18 else (x6 and (x45 >= 0))))))) else (z_p_))
-        new[i, 5] = ((x5) if ((x18 and (x36 <= 0)) if x29 else (((x18 and (x40 <= 0)) if x6 else (((x18 and (x44 <= 0)) if x18 else (x18 and (x45 <= 0))))))) else (z_m_))
-        new[i, 6] = dissipated_ - x47*(-q_0_**2 + x46) + (((1/2)*x53*(x55 + min(min(q_0_, x11*(e_0_ + x8)), alpha_*(x54 + x9) + q_y_)) + (1/2)*(e_ + x57)*(x16 + x58) + (1/2)*(-x51 - x57)*(x55 + x58)) if (e_ >= e_0_) else ((1/2)*x62*(x63 + max(max(q_0_, x22*(e_0_ + x20)), alpha_*(q_y_ + x54) + x9)) + (1/2)*(e_ + x65)*(x26 + x66) + (1/2)*(-x60 - x65)*(x63 + x66)))
+        new[7*i + 0] = e_
+        new[7*i + 1] = x27
+        new[7*i + 2] = max(e_p_, e_)
+        new[7*i + 3] = min(e_m_, e_)
+        new[7*i + 4] = ((x5) if ((x6 and (x36 >= 0)) if x29 else (((x6 and (x40 >= 0)) if x6 else (((x6 and (x44 >= 0)) if x18 else (x6 and (x45 >= 0))))))) else (z_p_))
+        new[7*i + 5] = ((x5) if ((x18 and (x36 <= 0)) if x29 else (((x18 and (x40 <= 0)) if x6 else (((x18 and (x44 <= 0)) if x18 else (x18 and (x45 <= 0))))))) else (z_m_))
+        new[7*i + 6] = dissipated_ - x47*(-q_0_**2 + x46) + (((1/2)*x53*(x55 + min(min(q_0_, x11*(e_0_ + x8)), alpha_*(x54 + x9) + q_y_)) + (1/2)*(e_ + x57)*(x16 + x58) + (1/2)*(-x51 - x57)*(x55 + x58)) if (e_ >= e_0_) else ((1/2)*x62*(x63 + max(max(q_0_, x22*(e_0_ + x20)), alpha_*(q_y_ + x54) + x9)) + (1/2)*(e_ + x65)*(x26 + x66) + (1/2)*(-x60 - x65)*(x63 + x66)))
         stored[i] = x46*x47

@@ -18,7 +18,6 @@ PARAMETERS = (("k", 0.0, None, True, True, None), ("q_y", 0.0, None, True, True,
 MEMORY = ("p", "kappa", "dissipated",)
 # whether the force depends on the rate of the elongation
 OF_RATE = False
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 # called by kernels alone: not from Python, and so without the code for that
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
 
@@ -28,20 +27,19 @@ def unstrained(k_, q_y_, alpha_):
     return (0.0, 0.0, 0.0,)
 
 
-@_compile
-def evaluate(parameters, e, e_dot, memory, elapsed, force, tangent, damping, new, stored):
-    """Of n springs: the force (n,) at elongations e (n,), its slopes by these and by their rates e_dot (n,), ...
+def evaluate(count, parameters, e, e_dot, memory, elapsed, force, tangent, damping, new, stored):
+    """Of so many springs the force at elongations e, its slopes by these and by their rates e_dot, ...
 
-    ... the memory `new` (n, k) that a commit there would keep, and the energy stored (n,). parameters (n, p): in the
-    order of PARAMETERS; memory (n, k): that last committed, elapsed s before.
+    ... the memory `new` that a commit there would keep, and the energy stored. parameters: of each spring in the order
+    of PARAMETERS; memory: of each what was last committed, elapsed s before. It is called by its address.
     """
-    for i in range(e.size):
-        k_ = parameters[i, 0]
-        q_y_ = parameters[i, 1]
-        alpha_ = parameters[i, 2]
-        p_ = memory[i, 0]
-        kappa_ = memory[i, 1]
-        dissipated_ = memory[i, 2]
+    for i in range(count):
+        k_ = parameters[3*i + 0]
+        q_y_ = parameters[3*i + 1]
+        alpha_ = parameters[3*i + 2]
+        p_ = memory[3*i + 0]
+        kappa_ = memory[3*i + 1]
+        dissipated_ = memory[3*i + 2]
         e_ = e[i]
         x0 = e_ - p_
         x1 = 1 - alpha_
@@ -59,7 +57,7 @@ def evaluate(parameters, e, e_dot, memory, elapsed, force, tangent, damping, new
         force[i] = k_*x10
         tangent[i] = k_*(-x8*((k_ if 0 >= x4 else 0) + (k_ if x6 >= 0 else 0)) + 1)
         damping[i] = 0
-        new[i, 0] = x9
-        new[i, 1] = kappa_ + x11
-        new[i, 2] = dissipated_ + x11*(q_y_ + x12*x2*(2*kappa_ + x11))
+        new[3*i + 0] = x9
+        new[3*i + 1] = kappa_ + x11
+        new[3*i + 2] = dissipated_ + x11*(q_y_ + x12*x2*(2*kappa_ + x11))
         stored[i] = x10**2*x12

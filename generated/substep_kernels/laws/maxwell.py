@@ -18,7 +18,6 @@ PARAMETERS = (("stiffness", 0.0, None, True, True, None), ("c", 0.0, None, True,
 MEMORY = ("q", "e_0", "dissipated",)
 # whether the force depends on the rate of the elongation
 OF_RATE = False
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 # called by kernels alone: not from Python, and so without the code for that
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
 
@@ -46,21 +45,21 @@ def unstrained(stiffness_, c_):
     return (0.0, 0.0, 0.0,)
 
 
-@_compile
-def evaluate(parameters, e, e_dot, memory, elapsed, force, tangent, damping, new, stored):
-    """Of n springs: the force (n,) at elongations e (n,), its slopes by these and by their rates e_dot (n,), ...
+def evaluate(count, parameters, e, e_dot, memory, elapsed, force, tangent, damping, new, stored):
+    """Of so many springs the force at elongations e, its slopes by these and by their rates e_dot, ...
 
-    ... the memory `new` (n, k) that a commit there would keep, and the energy stored (n,). parameters (n, p): in the
-    order of PARAMETERS; memory (n, k): that last committed, elapsed s before.
+    ... the memory `new` that a commit there would keep, and the energy stored. parameters: of each spring in the order
+    of PARAMETERS; memory: of each what was last committed, elapsed s before. It is called by its address.
     """
-    for i in range(e.size):
-        stiffness_ = parameters[i, 0]
-        c_ = parameters[i, 1]
-        q_ = memory[i, 0]
-        e_0_ = memory[i, 1]
-        dissipated_ = memory[i, 2]
+    for i in range(count):
+        stiffness_ = parameters[2*i + 0]
+        c_ = parameters[2*i + 1]
+        q_ = memory[3*i + 0]
+        e_0_ = memory[3*i + 1]
+        dissipated_ = memory[3*i + 2]
         e_ = e[i]
-        x0 = elapsed*stiffness_/c_
+        elapsed_ = elapsed[0]
+        x0 = elapsed_*stiffness_/c_
         x1 = e_ - e_0_
         x2 = _phi_1(x0)
         x3 = stiffness_*x2
@@ -70,7 +69,7 @@ def evaluate(parameters, e, e_dot, memory, elapsed, force, tangent, damping, new
         force[i] = x4
         tangent[i] = x3
         damping[i] = 0
-        new[i, 0] = x4
-        new[i, 1] = e_
-        new[i, 2] = dissipated_ + q_*x1*x2 + stiffness_*x1**2*_phi_2(x0) - x6*(-q_**2 + x5)
+        new[3*i + 0] = x4
+        new[3*i + 1] = e_
+        new[3*i + 2] = dissipated_ + q_*x1*x2 + stiffness_*x1**2*_phi_2(x0) - x6*(-q_**2 + x5)
         stored[i] = x5*x6

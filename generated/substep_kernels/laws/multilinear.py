@@ -15,7 +15,6 @@ PARAMETERS = (("k", 0.0, None, True, True, None), ("e_1", 0.0, None, True, True,
 MEMORY = ()
 # whether the force depends on the rate of the elongation
 OF_RATE = False
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 # called by kernels alone: not from Python, and so without the code for that
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
 
@@ -25,19 +24,18 @@ def unstrained(k_, e_1_, k_2_, e_2_, k_3_):
     return ()
 
 
-@_compile
-def evaluate(parameters, e, e_dot, memory, elapsed, force, tangent, damping, new, stored):
-    """Of n springs: the force (n,) at elongations e (n,), its slopes by these and by their rates e_dot (n,), ...
+def evaluate(count, parameters, e, e_dot, memory, elapsed, force, tangent, damping, new, stored):
+    """Of so many springs the force at elongations e, its slopes by these and by their rates e_dot, ...
 
-    ... the memory `new` (n, k) that a commit there would keep, and the energy stored (n,). parameters (n, p): in the
-    order of PARAMETERS; memory (n, k): that last committed, elapsed s before.
+    ... the memory `new` that a commit there would keep, and the energy stored. parameters: of each spring in the order
+    of PARAMETERS; memory: of each what was last committed, elapsed s before. It is called by its address.
     """
-    for i in range(e.size):
-        k_ = parameters[i, 0]
-        e_1_ = parameters[i, 1]
-        k_2_ = parameters[i, 2]
-        e_2_ = parameters[i, 3]
-        k_3_ = parameters[i, 4]
+    for i in range(count):
+        k_ = parameters[5*i + 0]
+        e_1_ = parameters[5*i + 1]
+        k_2_ = parameters[5*i + 2]
+        e_2_ = parameters[5*i + 3]
+        k_3_ = parameters[5*i + 4]
         e_ = e[i]
         x0 = k_ - k_2_
         x1 = -e_1_

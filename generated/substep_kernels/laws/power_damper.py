@@ -15,7 +15,6 @@ PARAMETERS = (("c", 0.0, None, True, True, None), ("exponent", 0.1, 2.0, False, 
 MEMORY = ()
 # whether the force depends on the rate of the elongation
 OF_RATE = True
-_compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 # called by kernels alone: not from Python, and so without the code for that
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
 
@@ -25,16 +24,15 @@ def unstrained(c_, exponent_):
     return ()
 
 
-@_compile
-def evaluate(parameters, e, e_dot, memory, elapsed, force, tangent, damping, new, stored):
-    """Of n springs: the force (n,) at elongations e (n,), its slopes by these and by their rates e_dot (n,), ...
+def evaluate(count, parameters, e, e_dot, memory, elapsed, force, tangent, damping, new, stored):
+    """Of so many springs the force at elongations e, its slopes by these and by their rates e_dot, ...
 
-    ... the memory `new` (n, k) that a commit there would keep, and the energy stored (n,). parameters (n, p): in the
-    order of PARAMETERS; memory (n, k): that last committed, elapsed s before.
+    ... the memory `new` that a commit there would keep, and the energy stored. parameters: of each spring in the order
+    of PARAMETERS; memory: of each what was last committed, elapsed s before. It is called by its address.
     """
-    for i in range(e.size):
-        c_ = parameters[i, 0]
-        exponent_ = parameters[i, 1]
+    for i in range(count):
+        c_ = parameters[2*i + 0]
+        exponent_ = parameters[2*i + 1]
         e_dot_ = e_dot[i]
         force[i] = c_*np.sign(e_dot_)*abs(e_dot_)**(exponent_)
         tangent[i] = 0

@@ -1,5 +1,6 @@
 """Generated modules, imported on first use, and with them numba."""
 
+import ctypes
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from importlib import import_module
@@ -40,7 +41,7 @@ def address(kernel: Callable[..., None], whole: int = 1) -> int | Callable[..., 
     """
     from numba import cfunc, types  # noqa: PLC0415 (on first use)
 
-    if _uncompiled():
+    if not compiles():
         return kernel
     row, code = types.CPointer(types.float64), kernel.__code__
     names = code.co_varnames[whole : code.co_argcount]
@@ -56,15 +57,27 @@ def addresses(arrays: Sequence[Array]) -> NDArray[np.int64] | tuple[Array, ...]:
 
     The arrays must be kept as long as their addresses are used.
     """
-    if _uncompiled():
+    if not compiles():
         return tuple(arrays)
     return np.array([array.ctypes.data for array in arrays], np.int64)
 
 
-def _uncompiled() -> bool:
+@cache
+def called(kernel: Callable[..., None]) -> Callable[..., None]:
+    """A kernel of a whole number and contiguous arrays, which it takes as flat ones, as a function in Python."""
+    at = address(kernel)
+    if not isinstance(at, int):
+        return lambda n, *arrays: at(n, *(x.reshape(-1) for x in arrays))
+    kinds = [ctypes.c_void_p] * (kernel.__code__.co_argcount - 1)
+    function = ctypes.CFUNCTYPE(None, ctypes.c_int64, *kinds)(at)
+    return lambda n, *arrays: function(n, *(x.ctypes.data for x in arrays))
+
+
+def compiles() -> bool:
+    """Whether numba compiles what it is given."""
     import numba  # noqa: PLC0415 (on first use)
 
-    return bool(cast("Any", numba).config.DISABLE_JIT)
+    return not cast("Any", numba).config.DISABLE_JIT
 
 
 _kept: list[Any] = []  # compiled code is freed with the object that holds it

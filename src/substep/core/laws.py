@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from .arrays import Array
 from .entries import ParameterInfo, constant
 from .errors import real_array, unknown_name
-from .kernel_modules import loaded, printed
+from .kernel_modules import called, loaded, printed
 
 if TYPE_CHECKING:
     from ..derived.modules import LawDeclaration
@@ -25,7 +25,7 @@ ROUNDING = 1e-9
 
 
 class Evaluated(NamedTuple):
-    """Of n springs (n,) each: force, its slopes by e and by its rate, energy stored; memory (n, k) to commit."""
+    """Of springs (..., n) each: force, its slopes by e and its rate, energy stored; memory (..., n, k) to commit."""
 
     force: Array
     tangent: Array
@@ -63,21 +63,24 @@ class Law:
     def evaluate(
         self, e: ArrayLike, e_dot: ArrayLike = 0.0, memory: Array | None = None, elapsed: float = 0.0
     ) -> Evaluated:
-        """The force at elongations e (n,), m, of the rates e_dot (n,), m/s, from what was committed elapsed s before.
+        """The force at elongations e (..., n), m, of rates e_dot, m/s, from what was committed elapsed s before.
 
-        memory (n, k): by default that before the springs are strained. The path from there to e is monotonic.
+        memory (..., n, k): by default that before they are strained. The path from there to e is monotonic.
         """
-        e = np.atleast_1d(np.asarray(e, dtype=float))
-        n = len(e)
-        memory = self.unstrained(n) if memory is None else memory
-        table = np.empty((n, len(self.parameters)))
-        for k, x in enumerate(self.parameters.values()):
-            table[:, k] = x
-        force, tangent, damping, stored = np.empty((4, n))
-        new, rates = np.empty_like(memory), np.empty(n)
+        e = np.atleast_1d(np.ascontiguousarray(e, dtype=float))
+        memory = np.ascontiguousarray(self.unstrained(e.size) if memory is None else memory)
+        force, tangent, damping, stored, rates = np.empty((5, *e.shape))
         rates[:] = e_dot
-        self.module.evaluate(table, e, rates, memory, float(elapsed), force, tangent, damping, new, stored)
+        new, table, since = np.empty_like(memory), self.table(e.shape), np.array([elapsed], dtype=float)
+        called(self.module.evaluate)(e.size, table, e, rates, memory, since, force, tangent, damping, new, stored)
         return Evaluated(force, tangent, damping, new, stored)
+
+    def table(self, shape: tuple[int, ...]) -> Array:
+        """The parameters (..., n, p) of springs, in the order in which the law's kernel takes them."""
+        found = np.empty((*shape, len(self.parameters)))
+        for k, x in enumerate(self.parameters.values()):
+            found[..., k] = x
+        return found
 
     def loop(self, e: ArrayLike) -> tuple[Array, Array]:
         """Force (m,) and memory (m, k) of one spring, committed at each of the elongations (m,): a loop to draw."""

@@ -62,6 +62,17 @@ def own_law_module(declaration: "LawDeclaration") -> ModuleType:
     return cached_module(f"law {law_digest(declaration)}", lambda: law_module(declaration))
 
 
+def spring_march_module() -> ModuleType:
+    """Kernels of the march of small structures with springs of laws."""
+
+    def text() -> str:
+        from substep_derive.emit.first_use import spring_march  # noqa: PLC0415
+
+        return spring_march()
+
+    return cached_module("spring march", text)
+
+
 @cache
 def oscillator_with(law: "str | LawDeclaration") -> "SceneDeclaration":
     """The declaration of the oscillator of unit mass with a law. Raises DeclarationError for an unknown one."""

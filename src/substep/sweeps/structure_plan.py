@@ -26,7 +26,7 @@ from ..structures.march.histories import selection
 from ..structures.march.refusals import require_definite_mass, require_suited
 from ..structures.march.scheme_plan import step_of
 from ..structures.march.steps import Run
-from ..structures.march.time_loop import steps_taken
+from ..structures.march.time_loop import Stretch, steps_taken
 from ..structures.model.given import Dof, loads_of
 from ..structures.solvers.combine import combined
 from ..structures.structure import Structure, damping_of
@@ -200,16 +200,22 @@ def _marched(run: Run, n: int, plan: StructurePlan) -> tuple[Array, Any]:
         rows[0] = row
     clock = FixedSteps(run, n, to_end=True)
     with np.errstate(all="ignore"):
-        for done, (march, X, *_) in enumerate(steps_taken(clock), 1):
-            if done == n:
-                size = combined(march.steps.report[:1], X)[0].sum(axis=0)
-                status = np.where(np.isfinite(size), COMPLETED, OVERFLOWED)
-            elif plan.keep == "final":
+        for step in steps_taken(clock):
+            last = clock.done == n
+            if not last and plan.keep == "final":
                 continue
-            row = select(combined(march.steps.report[:kinds], X))
+            if isinstance(step, Stretch):
+                motion = step.motion[:, :kinds]
+                made = select(motion.reshape(-1, motion.shape[-1])).reshape(len(motion), kinds, -1)
+            else:
+                motion = combined(step.march.steps.report[:kinds], step.X)[None]
+                made = select(motion[0])[None]
+            if last:
+                status = np.where(np.isfinite(motion[-1, 0].sum(axis=0)), COMPLETED, OVERFLOWED)
+            row = made[-1]
             if rows is not None:
-                rows[done] = row
-            np.maximum(peak, np.abs(row), out=peak)
+                rows[clock.done - len(made) + 1 : clock.done + 1] = made
+            np.maximum(peak, np.abs(made).max(axis=0), out=peak)
     if clock.status != "completed":
         if rows is None:
             return np.full_like(row, np.nan), FAILED

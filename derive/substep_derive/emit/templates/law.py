@@ -25,14 +25,13 @@ def unstrained({arguments}):
 
 EVALUATE = '''
 
-@_compile
-def evaluate(parameters, e, e_dot, memory, elapsed, force, tangent, damping, new, stored):
-    """Of n springs: the force (n,) at elongations e (n,), its slopes by these and by their rates e_dot (n,), ...
+def evaluate(count, parameters, e, e_dot, memory, elapsed, force, tangent, damping, new, stored):
+    """Of so many springs the force at elongations e, its slopes by these and by their rates e_dot, ...
 
-    ... the memory `new` (n, k) that a commit there would keep, and the energy stored (n,). parameters (n, p): in the
-    order of PARAMETERS; memory (n, k): that last committed, elapsed s before.
+    ... the memory `new` that a commit there would keep, and the energy stored. parameters: of each spring in the order
+    of PARAMETERS; memory: of each what was last committed, elapsed s before. It is called by its address.
     """
-    for i in range(e.size):
+    for i in range(count):
 {read}
 {body}
 '''

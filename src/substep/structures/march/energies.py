@@ -124,6 +124,40 @@ class Energies(NamedTuple):
             finer -= float(of_damped((change, change), ends, ends, h, lambda x, y: x @ by_damping @ y))
         return new._replace(work=self.work + work, damped=self.damped + damped, quadrature=self.quadrature + finer)
 
+    def along(
+        self, s: Model, motion: Array, t: float, h: float, loads: Array, half: Array, memories: Memory, held: Array,
+        stored: Array,
+    ) -> "tuple[Array, Energies]":  # fmt: skip
+        """The rows (m, 5) after steps of length h to u and v, motion (m, 2, n), the last at t, and the last account.
+
+        loads, half (m, J): of their functions at the ends and the middles; memories (m, ..), the internal force, held
+        (m, n), and what it could give back, stored (m,), after each. The same rules as in `after`.
+        """
+        force = s.internal
+        assert isinstance(force, RememberingForce)
+        assert self.held is not None
+        assert self.memory is not None
+        (u_0, v_0), (u_1, v_1) = (np.moveaxis(x, 1, 0) for x in (_before(self.both, motion), motion))
+        change, v = u_1 - u_0, (v_0, v_1)
+        recalled = Memory.joined([self.memory.at(None), memories.at(slice(-1))])
+        between, _ = force.along(*middle(u_0, u_1, v_0, v_1, h), recalled, 0.5 * h)
+        by_loads = [x @ s.load_vectors.T for x in (_before(self.loads, loads), half, loads)]
+        by_force = [_before(self.held, held), between, held]
+        strain, kinetic = np.append(self.strain, stored), 0.5 * _products(v_1, (s.M @ v_1.T).T)
+        work = 0.5 * _products(by_loads[0] + by_loads[2], change)
+        damped = 0.5 * _products(by_force[0] + by_force[2], change) - np.diff(strain)
+        left = [x - y for x, y in zip(by_loads, by_force, strict=True)]
+        finer = of_work(left, change, v, h, _products)
+        if s.C is not None:
+            resisted = [(s.damping @ x.T).T for x in (change, v_0, v_1)]
+            damped += _products(change, resisted[0]) / h
+            finer -= of_damped((change, resisted[0]), v, resisted[1:], h, _products)
+        sums = np.cumsum([[self.work, self.damped, self.quadrature], *np.transpose([work, damped, finer])], axis=0)[1:]
+        last = Energies.of(s, motion[-1], t, loads[-1], memories.at(-1))
+        work, damped, finer = sums[-1].tolist()
+        last = last._replace(work=work, damped=damped, quadrature=finer)
+        return np.column_stack([kinetic, stored, sums]), last
+
     @property
     def sums(self) -> dict[str, float]:
         """What is added up from step to step."""
@@ -134,6 +168,16 @@ class Energies(NamedTuple):
     def row(self) -> tuple[float, float, float, float, float]:
         """Kinetic and strain energy, work, damped energy and quadrature."""
         return self.kinetic, self.strain, self.work, self.damped, self.quadrature
+
+
+def _before(first: Array, rows: Array) -> Array:
+    """The rows before these, of which the first is given."""
+    return np.concatenate([first[None], rows[:-1]])
+
+
+def _products(x: Array, y: Array) -> Array:
+    """Inner products (m,) of rows (m, n)."""
+    return np.einsum("mn,mn->m", x, y)
 
 
 def stored(s: Model, u: Array, memory: Memory) -> float | None:

@@ -9,20 +9,24 @@ import numpy as np
 from ...core.arrays import Array
 from ...core.response import Status
 from ...run.schemes import carried, require_acceleration
+from ..model.memory import Memory
 from ..solvers.combine import combined
+from .compiled import CompiledSteps
 from .newton import NonlinearSystem, Tangent
 from .scheme_plan import step_of
 from .steps import Run
-from .time_loop import Trial
+from .time_loop import Stretch, Trial
 
 BLOCK = 256  # steps for which the loads are sampled at once
+STRETCH = 4096  # steps that a kernel computes at once, as far as it computes them
 
 
 class FixedSteps:
     """The clock of n steps of run.h, of which `done` were made before; march.steps.report @ X of a step are u, v, a.
 
-    state (S, n): after those, by default where the run begins; tangents: that systems kept there. to_end: go on where a
-    step overflows, as one of several cases may. Where another scheme marches the first steps, those are its own.
+    state (S, n): after those, by default where the run begins; tangents: that systems kept there; memory: what is
+    remembered there. to_end: go on where a step overflows, as one of several cases may. singly: one by one, also where
+    a kernel would compute them. Where another scheme marches the first steps, those are its own.
     """
 
     unit = "steps"
@@ -34,23 +38,28 @@ class FixedSteps:
         done: int = 0,
         state: Array | None = None,
         tangents: Sequence[Tangent | None] = (),
+        memory: Memory | None = None,
         *,
         to_end: bool = False,
+        singly: bool = False,
     ) -> None:
         self.run, self.total, self.done, self.tangents, self.to_end = run, n, done, tangents, to_end
+        self.memory, self.singly = memory, singly
         self.state = run.begin.rows if state is None else state
         self.status: Status = "completed"
 
-    def trials(self) -> Iterator[Trial]:
+    def trials(self) -> Iterator[Trial | Stretch]:
         """The steps. Raises ValueError for a singular effective matrix."""
         run, scheme, done, state = self.run, self.run.scheme, self.done, self.state
-        memory = None
+        memory = self.memory
         if state is None and scheme.starter is not None:
             history = [run.given]
             require_acceleration(scheme, *(len(step_of(one, run.h).report) for one in (scheme, scheme.starter)))
-            starting = FixedSteps(replace(run, scheme=scheme.starter), min(scheme.starting_steps, self.total))
+            starter = replace(run, scheme=scheme.starter)
+            starting = FixedSteps(starter, min(scheme.starting_steps, self.total), singly=True)
             for step in starting.trials():
                 yield step
+                assert isinstance(step, Trial)
                 if self.status != "completed":
                     return
                 memory = step.march.memory
@@ -64,19 +73,33 @@ class FixedSteps:
                 solver.keep(tangent)
         X, after = run.room(march.steps), run.room(march.steps)
         march.begin(X, run.started() if state is None else state, memory)
-        for first in range(done, self.total, BLOCK):
-            count = min(BLOCK, self.total - first)
+        compiled = None if self.singly else CompiledSteps.of(march)
+        first, begun = done, True
+        while first < self.total:
+            count = min(BLOCK if compiled is None else STRETCH, self.total - first)
             loads, times = march.loads(first, count), march.times(first, count)
-            ends = run.time(np.arange(first, first + count) + 1).tolist()
-            for n, (*rows, at, end) in enumerate(zip(*loads, times, ends, strict=True), first):
-                yield Trial(march, X, rows, at, end, run.h, n > done)
+            ends = run.time(np.arange(first, first + count) + 1)
+            if compiled is not None:
+                stretch = compiled.taken(X, loads, ends)
+                if made := len(stretch.t):
+                    yield stretch
+                    march.begin(X, stretch.state, stretch.memories.at(-1))
+                    first, begun = first + made, True
+                if made == count:
+                    continue
+                loads, times, ends = [x[made:] for x in loads], times[made : made + 1], ends[made:]  # of one step more
+            for *rows, at, end in zip(*loads, times, ends.tolist(), strict=compiled is None):
+                yield Trial(march, X, rows, at, end, run.h, not begun)
                 if self.status != "completed":
                     return
                 march.advance(X, after)
-                X, after = after, X
+                X, after, first, begun = after, X, first + 1, False
 
-    def accepted(self, step: Trial) -> bool:
+    def accepted(self, step: Trial | Stretch) -> bool:
         """Whether it has not overflown, where that ends the march."""
+        if isinstance(step, Stretch):
+            self.done += len(step.t)
+            return True
         step.march.look(step.X, step.times)
         if not (self.to_end or math.isfinite(float(step.X[-1].sum()))):
             self.status = "non_finite"

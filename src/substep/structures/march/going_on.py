@@ -12,7 +12,7 @@ from ...core.schemes import Scheme
 from ...core.state import State, bare, whose
 from ...run.clock import Begin, ConstantSteps, Control
 from ..model.constraints import independent
-from ..model.memory import Memory, RememberingForce
+from ..model.memory import Memory, Recalled, RememberingForce
 from ..model.model import Model
 from ..model.state_vectors import memory_of, vectors
 from ..solvers.combine import combined
@@ -31,17 +31,16 @@ def begun(run: Run, steps: ConstantSteps | Control, state: State | None) -> tupl
     """The run from where a state stands, and the tangents that its systems keep there; itself without a state."""
     if state is None:
         return run, ()
-    start = vectors(run.structure, state)
+    start, remembered = vectors(run.structure, state), memory_of(run.structure, state)
     if isinstance(steps, Control):
-        start[2] = _behind_jumps(run.structure, state.t, start)
-        return replace(run, begin=Begin(0, state.t), start=start), ()
+        start[2] = _behind_jumps(run.structure, state.t, start, remembered)
+        return replace(run, begin=Begin(0, state.t), start=start, remembered=remembered), ()
     rows = _own_rows(state, run)
-    remembered = memory_of(run.structure, state)
     moved = replace(run, begin=steps.begin._replace(rows=rows), start=start, remembered=remembered)
     return moved, () if rows is None else _tangents(state)
 
 
-def _behind_jumps(s: Model, t: float, motion: Array) -> Array:
+def _behind_jumps(s: Model, t: float, motion: Array, memory: Memory | None) -> Array:
     """The acceleration (n,) of u, v, a (3, n) at t, under the loads just after it where one of them jumps there.
 
     A run that has ended at the jump has the one before it, and chosen steps begin anew.
@@ -50,7 +49,8 @@ def _behind_jumps(s: Model, t: float, motion: Array) -> Array:
     behind = [behind_jump(load, t) for _, load in s.loads]
     if all(value is None for value in behind):
         return a
-    right = s.force(t) - s.restoring(t, u, v) - (0.0 if s.C is None else s.damping @ v)
+    recalled = None if memory is None else Recalled(memory)
+    right = s.force(t) - s.restoring(t, u, v, recalled) - (0.0 if s.C is None else s.damping @ v)
     for (shape, load), value in zip(s.loads, behind, strict=True):
         if value is not None:
             right += (value - float(values_at(load, np.array([t]))[0])) * shape

@@ -14,6 +14,7 @@ from ...core.response import Statistics, Status
 from ...core.state import State
 from ...run.clock import ConstantSteps
 from ..model.given import Dof
+from ..model.memory import Memory, RememberingForce
 from ..model.model import Model
 from ..solvers.combine import combined
 from ..solvers.matrices import is_identity
@@ -27,7 +28,7 @@ from .scheme_plan import step_of
 from .spring_histories import SpringRows
 from .step_control import ChosenSteps
 from .steps import Run
-from .time_loop import Trial
+from .time_loop import Stretch, Trial
 
 
 class Kept:
@@ -44,18 +45,19 @@ class Kept:
         self.select = selection(s, self.places)
         self.kinds = len(step_of(run.scheme, run.h).report)
         self.energies = Energies.at_start(s, run.given[:2], run.time(0), run.memory) if account else None
-        self.accounts = [] if self.energies is None else [self.energies.row]
+        self.accounts = [] if self.energies is None else [np.array([self.energies.row])]  # rows (m, 5)
 
     def account(self, rows: int, status: Status, step: str) -> Account | None:
         """The account of the first rows; warns where the scheme has dissipated, or gained, much in steps like that."""
-        return accounted(self.run.scheme, self.accounts[:rows], status, step, held_at_start(self.run))
+        found = np.concatenate(self.accounts)[:rows] if self.accounts else []
+        return accounted(self.run.scheme, found, status, step, held_at_start(self.run))
 
 
 class Histories(Kept):
     """What a march in constant steps has so far: rows of u, v, a in memory or on disk, energies, and iterations.
 
-    done, state, last, tangents, memory and energies belong together and are set at once, last in a step: what a step
-    that was interrupted has put elsewhere lies beyond `done` and does not count. last: the step.
+    done, state, last, motion, tangents, memory, of_springs and energies belong together and are set at once, last in a
+    step: what a step that was interrupted has put elsewhere lies beyond `done` and does not count. last: the step.
     """
 
     def __init__(
@@ -75,6 +77,7 @@ class Histories(Kept):
             require_memory(shape, "keep fewer dofs, a longer stride, or save= to a folder")
         self.springs = None if run.memory is None else SpringRows(run, shape[0])
         self.memory = run.memory
+        self.of_springs = np.empty((3, 0))  # what `SpringRows.latest` was after the last step
         self.iterations = np.zeros((asked.n, run.scheme.balances), np.int64)
         self.state: Array | None = None
         self.last: Trial | None = None
@@ -91,8 +94,11 @@ class Histories(Kept):
         if not self.done:
             self._put(0, self.select(run.given[: self.kinds]))
 
-    def add(self, step: Trial) -> None:
-        """A step, with all that is kept of it."""
+    def add(self, step: Trial | Stretch) -> None:
+        """A step, or all of a stretch, with all that is kept of it."""
+        if isinstance(step, Stretch):
+            self._add_all(step)
+            return
         march, X, done, energies = step.march, step.X, self.done + 1, self.energies
         counts, own = march.counts, march.run is self.run  # else another scheme marches the first steps
         self.iterations[done - 1] = counts if own else [sum(counts), *[0] * (self.run.scheme.balances - 1)]
@@ -104,14 +110,54 @@ class Histories(Kept):
             both = combined(march.steps.report[:2], X)
             energies = energies.after(self.run.structure, both, step.t, step.h, *self._loads(done), memory)
             if kept:
-                self.accounts.append(energies.row)
+                self.accounts.append(np.array([energies.row]))
         if kept:
             self._put(done // self.stride, self.select(march.steps.report[: self.kinds], X))
         state = combined(march.steps.out, X) if self.saved is not None and own else None
-        self.done, self.state, self.energies, self.tangents, self.last = done, state, energies, march.tangents, step
-        self.memory = memory
+        self._stand(done, state, energies, march.tangents, memory, step, self.motion)
+
+    def _stand(
+        self, done: int, state: Array | None, energies: Energies | None, tangents: list[Tangent | None],
+        memory: Memory | None, last: Trial | None, motion: Array | None,
+    ) -> None:  # fmt: skip
+        """Where the march is after a step, last, or after a stretch that ends with this motion (2 or 3, n)."""
+        of_springs = self.of_springs if self.springs is None else self.springs.latest
+        self.done, self.state, self.energies, self.tangents = done, state, energies, tangents
+        self.memory, self.of_springs, self.last, self.motion = memory, of_springs, last, motion
         if self.saved is not None and self.saved.full:
             self._checkpoint()
+
+    def _add_all(self, steps: Stretch) -> None:
+        s, march, motion, done = self.run.structure, steps.march, steps.motion, self.done
+        force, energies, memories = s.internal, self.energies, steps.memories
+        assert isinstance(force, RememberingForce)
+        assert self.springs is not None
+        numbers = np.arange(done + 1, done + len(motion) + 1)
+        kept = numbers % self.stride == 0
+        self.iterations[done : numbers[-1]] = steps.counts
+        held, of_springs = force.along(motion[:, 0], motion[:, 1], memories)
+        self.springs.add_all(of_springs, memories, kept)
+        self.springs.shortened = march.shortened
+        if energies is not None:
+            loads, half = (s.load_values(self.run.time(n)) for n in (numbers, numbers - 0.5))
+            stored = of_springs.stored.sum(axis=1)
+            if force.K is not None:
+                stored = stored + 0.5 * np.einsum("mn,mn->m", motion[:, 0], (force.K @ motion[:, 0].T).T)
+            end, h = float(steps.t[-1]), self.run.h
+            rows, energies = energies.along(s, motion[:, :2], end, h, loads, half, memories, held, stored)
+            self.accounts.append(rows[kept])
+        if kept.any():
+            rows = motion[kept, : self.kinds]
+            selected, first = (
+                self.select(rows.reshape(-1, s.size)).reshape(*rows.shape[:2], -1),
+                done // self.stride + 1,
+            )
+            if self.saved is None:
+                self.rows[first : first + len(selected)] = selected
+            else:
+                for place, row in enumerate(selected, first):
+                    self.saved.put(place, row)
+        self._stand(done + len(motion), steps.state, energies, march.tangents, memories.at(-1), None, motion[-1])
 
     @property
     def kept(self) -> int:
@@ -134,7 +180,7 @@ class Histories(Kept):
             started=self.started, last=last, dofs=tuple(self.dofs),
             account=self.account(self.kept, status, f"dt = {run.h:g}"),
             springs=None if springs is None else springs.histories(self.kept),
-            remembered=() if springs is None else tuple(springs.remembered[: self.kept]),
+            remembered=None if springs is None else springs.remembered(self.kept),
         )  # fmt: skip
 
     def _checkpoint(self) -> None:
@@ -152,8 +198,11 @@ class Histories(Kept):
         parts = [None if x is None else [x.t, x.largest] for x in self.tangents]
         numbers: dict[str, Any] = {"done": self.done, "tangents": parts, "sums": []}
         if self.energies is not None:
-            arrays |= {"accounts": np.array(self.accounts[: self.kept]), "energies": self.energies.both}
+            arrays |= {"accounts": np.concatenate(self.accounts)[: self.kept], "energies": self.energies.both}
             numbers["sums"] = self.energies.sums
+        if self.springs is not None and self.memory is not None:
+            arrays |= self.springs.arrays(self.kept, self.of_springs, self.memory)
+            numbers["shortened"] = self.springs.shortened
         arrays |= {f"tangent_{k}": x.at for k, x in enumerate(self.tangents) if x is not None}
         self.saved.checkpoint(arrays, **numbers)
 
@@ -187,11 +236,14 @@ class Histories(Kept):
         self.tangents = [
             None if x is None else Tangent(x[0], last[f"tangent_{k}"], x[1]) for k, x in enumerate(last["tangents"])
         ]
+        if self.springs is not None:
+            self.memory = self.springs.resume(last, self.kept, last["shortened"])
+            self.of_springs = self.springs.latest
         if self.energies is not None:
-            self.accounts = [tuple(row) for row in last["accounts"].tolist()]
-            t = self.run.time(self.done)
-            loads = self.run.structure.load_values(np.array([t]))[0]
-            self.energies = Energies.of(self.run.structure, last["energies"], t, loads)._replace(**last["sums"])
+            self.accounts = [last["accounts"]]
+            t, s = self.run.time(self.done), self.run.structure
+            loads = s.load_values(np.array([t]))[0]
+            self.energies = Energies.of(s, last["energies"], t, loads, self.memory)._replace(**last["sums"])
 
 
 class ChosenHistories(Kept):
@@ -200,6 +252,7 @@ class ChosenHistories(Kept):
     def __init__(self, clock: ChosenSteps, dofs: list[Dof], account: bool, started: State | None) -> None:
         super().__init__(clock.run, dofs, account, started)
         self.clock = clock
+        self.springs = None if self.run.memory is None else SpringRows(self.run, 1)
         self.rows: list[Array] = [self.select(clock.here[: self.kinds])]
         self.times, self.lengths = [self.run.time(0)], []
         self.counts: list[list[int]] = []
@@ -209,9 +262,12 @@ class ChosenHistories(Kept):
         rows = self.clock.here[: self.kinds]
         if self.energies is not None:
             half, load, next_load = self.clock.energy_loads
-            energies = self.energies.after(self.run.structure, rows[:2], step.t, step.h, load, half, None)
+            energies = self.energies.after(self.run.structure, rows[:2], step.t, step.h, load, half, self.clock.memory)
             self.energies = energies._replace(loads=next_load)
-            self.accounts.append(energies.row)
+            self.accounts.append(np.array([energies.row]))
+        if self.springs is not None and self.clock.memory is not None:
+            self.springs.add(step.t, *rows[:2], self.clock.memory, kept=True)
+            self.springs.shortened = self.clock.shortened
         self.rows.append(self.select(rows))
         self.times.append(step.t)
         self.lengths.append(step.h)
@@ -232,6 +288,8 @@ class ChosenHistories(Kept):
             np.array(self.times), statistics,
             started=self.started, last=partial(replace, clock.stands), dofs=tuple(self.dofs),
             account=self.account(len(rows), status, f"steps of up to {max(lengths):.3g}"),
+            springs=None if self.springs is None else self.springs.histories(len(rows)),
+            remembered=None if self.springs is None else self.springs.remembered(len(rows)),
         )  # fmt: skip
 
 

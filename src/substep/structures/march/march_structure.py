@@ -21,7 +21,7 @@ from .fixed_steps import FixedSteps
 from .going_on import begun
 from .histories import ChosenHistories, Histories
 from .newton import Iteration
-from .refusals import require_definite_mass, require_no_memory, require_suited, unknown_argument, unsymmetric
+from .refusals import require_definite_mass, require_suited, unknown_argument, unsymmetric
 from .response import StructureResponse
 from .step_control import ChosenSteps
 from .steps import Run
@@ -90,8 +90,6 @@ def march_structure(
     scheme = numbers_only(scheme, "substep.sweep takes arrays")
     if tol is not None and (stride != 1 or save is not None):
         raise ValueError("expected stride and save with dt only, got them with tol; keep some dofs, or give dt")
-    if structure.internal is not None and structure.internal.remembers:
-        require_no_memory(tol, save)
     state = None if start is None else State.given(start)
     steps = steps_of(dt, tol, t_end, stride=stride, start=state, chosen=chosen)
     require_definite_mass(structure)
@@ -112,7 +110,8 @@ def march_structure(
         clock = ChosenSteps(run, replace(steps, atol_u=atol_u), (share_u, steps.share_v))
         return _marched(clock, ChosenHistories(clock, kept, account, state), progress)
     found = Histories(run, steps, kept, account, save, state)
-    return _marched(FixedSteps(run, steps.n, found.done, found.state, found.tangents or tangents), found, progress)
+    resumed = found.done, found.state, found.tangents or tangents, found.memory
+    return _marched(FixedSteps(run, steps.n, *resumed), found, progress)
 
 
 def _marched(clock: Clock, kept: Histories | ChosenHistories, progress: bool) -> StructureResponse:

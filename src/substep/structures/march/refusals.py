@@ -75,20 +75,6 @@ def require_suited(structure: Model, scheme: Scheme, h: float) -> None:
         one = one.starter
 
 
-def require_no_memory(tol: float | None, save: object) -> None:
-    """Raises ValueError for what a structure with a memory does not take: steps of chosen length, and a store."""
-    if tol is not None:
-        raise ValueError(
-            "expected dt for a structure with springs or state=, got tol; the estimates of the local error do not see "
-            "what such a force does between the ends of a step, as yielding and its end: give dt, and halve it"
-        )
-    if save is not None:
-        raise ValueError(
-            "expected save without springs and state=, got both; a store does not hold what they remember: go on with "
-            "start=r.state, which does"
-        )
-
-
 def require_undamped(structure: Model, scheme: Scheme, who: str) -> None:
     """Raises ValueError for damping, also in an internal force at the start, and a scheme that takes none.
 

@@ -16,7 +16,7 @@ from ..model.given import Dof
 from ..model.memory import Memory, RememberingForce
 from ..model.model import Model
 from ..model.state_vectors import vectors
-from .spring_histories import SpringHistories, named_rows
+from .spring_histories import SpringHistories
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class StructureResponse(Response):
     dofs: "tuple[Dof, ...]" = ()
     account: Account | None = None
     springs: SpringHistories | None = None
-    remembered: tuple[Memory, ...] = ()
+    remembered: Memory | None = None
 
     @property
     def structure(self) -> Model:
@@ -94,8 +94,9 @@ class StructureResponse(Response):
                 f"{self.u.shape[1]} of {s.T.shape[0]}; march without dofs and fixed, or take a scheme that carries a"
             )
         order = np.argsort(self._places)  # of the columns, as the structure has its degrees of freedom
-        memories = self.remembered or [None] * len(self.t)
-        rows = zip(self.t[1:], np.asarray(self.u)[1:, order], np.asarray(self.v)[1:, order], memories[1:], strict=True)
+        kept = self.remembered
+        memories = [None if kept is None else kept.at(k) for k in range(1, len(self.t))]
+        rows = zip(self.t[1:], np.asarray(self.u)[1:, order], np.asarray(self.v)[1:, order], memories, strict=True)
         first = s.a0 if self.started is None else vectors(s, self.started)[2]
         return np.array([first, *(s.acceleration(*row, memory=memory) for *row, memory in rows)])[:, self._places]
 
@@ -103,7 +104,9 @@ class StructureResponse(Response):
     def memory(self) -> Mapping[str, Array]:
         """What was remembered, by name: (n+1, s) of springs, NaN where a law has no such name; (n+1, ...) of states."""
         force = self.structure.internal
-        return named_rows(force, self.remembered) if isinstance(force, RememberingForce) else {}
+        return (
+            {} if self.remembered is None or not isinstance(force, RememberingForce) else force.named(self.remembered)
+        )
 
     @property
     def energy_dissipated(self) -> Array:
@@ -182,7 +185,7 @@ class StructureResponse(Response):
         s, started = self.structure, self.started
         t = 0.0 if started is None else started.t
         u, v, a = (s.u0, s.v0, s.a0) if started is None else vectors(s, started)
-        return s.T @ (a - s.acceleration(t, u, v, memory=self.remembered[0] if self.remembered else None))
+        return s.T @ (a - s.acceleration(t, u, v, memory=None if self.remembered is None else self.remembered.at(0)))
 
     @property
     def _jumped(self) -> str:

@@ -10,6 +10,7 @@ from ...core.arrays import Array, digest
 from ...core.errors import optional
 from ...core.loads import is_known, values_at
 from ...core.state import whose
+from ..model.memory import RememberingForce
 from ..model.rayleigh import Rayleigh
 from ..solvers.matrices import Matrix, arrays_of, is_operator
 from .step_lengths import reach, rms
@@ -151,6 +152,12 @@ def described(run: Run, t_end: float, **choices: Any) -> dict[str, str]:
             u, v = (size * random.normal(size=structure.size) for size in sizes)
             values += [force(t, u, v), force.energy(u) if force.potential is not None else 0.0]
         found["internal force"] = digest(*values)
+        if isinstance(force, RememberingForce) and run.memory is not None:
+            found["memory"] = digest(*run.memory.springs, *map(np.asarray, run.memory.states.values()))
+            if (springs := force.springs) is not None:
+                tables = (law.table((len(where),)) for law, where in springs.groups)
+                names = [law.module.__name__ for law, _ in springs.groups]
+                found["springs"] = digest(*arrays_of(springs.compressed), names, *tables)
     return found
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...core.arrays import Array
 from ...core.loads import as_numbers, break_points, is_known, values_at
+from ..model.memory import Memory
 from ..model.model import Model
 from .steps import StructureSteps
 
@@ -45,9 +46,9 @@ class Forces:
         """g (J,)."""
         return np.array([g(t, middle) for g in self.functions])
 
-    def acceleration(self, t: float, middle: float, u: Array, v: Array) -> Array:
-        """From the equation of motion (n,), with the load on the side of `middle`."""
-        return self.structure.acceleration(t, u, v, self.structure.loaded(self.factors(t, middle)))
+    def acceleration(self, t: float, middle: float, u: Array, v: Array, memory: Memory | None = None) -> Array:
+        """From the equation of motion (n,), with the load on the side of `middle`; memory: see `Model.acceleration`."""
+        return self.structure.acceleration(t, u, v, self.structure.loaded(self.factors(t, middle)), memory)
 
     def over(self, march: StructureSteps, t: float, middle: float) -> tuple[list[Array], list[float]]:
         """Of each system of a step from t, what `StructureSteps.complete` takes: the loads (J,), and their instant."""

@@ -1,13 +1,16 @@
 """What springs did in a march: elongations, forces, energies, and what an internal force has remembered."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...core.arrays import Array
 from ...core.memory import require_memory
 from ..model.memory import Memory, Recalled, RememberingForce
+from ..model.springs import Answers
 from .steps import Run
 
 
@@ -46,13 +49,12 @@ class SpringRows:
         force = run.structure.internal
         assert isinstance(force, RememberingForce)
         assert run.memory is not None
-        self.force, self.remembered, self.shortened = force, list[Memory](), 0
-        self.rows = list[Array]()  # (4, s): elongations, forces, stored, work
+        self.force, self.kept, self.shortened = force, list[Memory](), 0
+        self.rows = list[Array]()  # (m, 4, s): elongations, forces, stored, work
         if force.springs is not None:
             kept = 4 + max((x.shape[1] for x in run.memory.springs), default=0)
             require_memory((rows, kept, force.springs.size), "keep a longer stride")
-        self.last = np.zeros((2, 0))  # elongations and forces
-        self.work = np.zeros(0)
+        self.latest = np.zeros((3, 0))  # elongations, forces and work after the last step
         u, v, _ = run.given
         self.add(run.time(0), u, v, run.memory, kept=True)
 
@@ -61,32 +63,60 @@ class SpringRows:
         if self.force.springs is not None:
             found = self.force.answer(t, u, v, Recalled(memory)).of_springs
             assert found is not None
-            now = np.array([found.e, found.force])
+            work = np.zeros(len(found.e))
             if self.rows:
-                self.work = self.work + 0.5 * (self.last[1] + now[1]) * (now[0] - self.last[0])
-            else:
-                self.work = np.zeros(len(found.e))
-            self.last = now
+                e, q, before = self.latest
+                work = before + 0.5 * (q + found.force) * (found.e - e)
+            self.latest = np.array([found.e, found.force, work])
             if kept:
-                self.rows.append(np.array([*now, found.stored, self.work]))
+                self.rows.append(np.array([[found.e, found.force, found.stored, work]]))
         if kept:
-            self.remembered.append(memory)
+            self.kept.append(memory.at(None))
+
+    def add_all(self, found: Answers, memories: Memory, kept: NDArray[np.bool_]) -> None:
+        """Steps (m,), what springs answer after each, (m, s), and what is remembered; kept (m,): which are rows."""
+        now = np.stack([found.e, found.force], axis=1)
+        before = np.concatenate([self.latest[None, :2], now[:-1]])
+        work = 0.5 * (before[:, 1] + now[:, 1]) * (now[:, 0] - before[:, 0])
+        work[0] += self.latest[2]
+        work = np.cumsum(work, axis=0)
+        self.latest = np.array([*now[-1], work[-1]])
+        self.rows.append(np.stack([found.e, found.force, found.stored, work], axis=1)[kept])
+        self.kept.append(memories.at(kept))
+
+    def remembered(self, rows: int) -> Memory:
+        """What was remembered in the first rows."""
+        return Memory.joined(self.kept).at(slice(rows))
+
+    def arrays(self, rows: int, latest: Array, memory: Memory) -> dict[str, Array]:
+        """What a store keeps to go on from: the first rows, and `latest` and the memory after the last step."""
+        every = Memory.joined([self.remembered(rows), memory.at(None)])
+        found = {f"memory {k}": x for k, x in enumerate(every.springs) if x.size}
+        found |= {f"state {name}": x for name, x in every.states.items()} | {"latest": latest}
+        if self.rows:
+            found["springs"] = np.concatenate(self.rows)[:rows]
+        return {name: x for name, x in found.items() if x.size}
+
+    def resume(self, arrays: Mapping[str, Any], rows: int, shortened: int) -> Memory:
+        """Go on from what `arrays` has given; returns the memory after the last step."""
+        shape, first = rows + 1, self.kept[0]
+        springs = (arrays.get(f"memory {k}", np.zeros((shape, *x.shape[1:]))) for k, x in enumerate(first.springs))
+        every = Memory(tuple(springs), {name: arrays[f"state {name}"] for name in first.states})
+        self.kept, self.shortened = [every.at(slice(rows))], shortened
+        if self.rows:
+            self.rows, self.latest = [arrays["springs"]], arrays["latest"]
+        return every.at(-1)
 
     def histories(self, rows: int) -> SpringHistories | None:
         """The first rows."""
         springs = self.force.springs
         if springs is None:
             return None
-        e, q, stored, work = np.moveaxis(np.array(self.rows[:rows]), 1, 0)
-        dissipated = work - (stored - stored[0])
+        e, q, stored, work = np.moveaxis(np.concatenate(self.rows)[:rows], 1, 0)
+        with np.errstate(all="ignore"):  # of a march that overflows
+            dissipated = work - (stored - stored[0])
         for k, group in enumerate(springs.groups):
             if "dissipated" in group.law.memory:
                 place = group.law.memory.index("dissipated")
-                dissipated[:, group.where] = [memory.springs[k][:, place] for memory in self.remembered[:rows]]
+                dissipated[:, group.where] = self.remembered(rows).springs[k][..., place]
         return SpringHistories(e, q, stored, dissipated, springs.lengths, self.shortened)
-
-
-def named_rows(force: RememberingForce, remembered: Sequence[Memory]) -> dict[str, Array]:
-    """What is remembered by name, (n+1, s) of springs and (n+1, ...) of states."""
-    rows = [force.named(memory) for memory in remembered]
-    return {name: np.array([row[name] for row in rows]) for name in (rows[0] if rows else ())}

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from ...core.arrays import Array
 from ...core.response import Status
 from ...core.state import State
 from ...run.clock import Control
+from ..model.memory import RememberingForce
 from ..solvers.combine import combined
 from .local_error import Estimate, Source
 from .scheme_plan import step_of
@@ -16,6 +18,7 @@ from .sided_loads import Forces, step_control
 from .step_lengths import Lengths, Scales, reach, rms
 from .steps import Run
 from .time_loop import Trial
+from .within_step import seen_within
 
 CHANGE = 40.0  # solves that a factorization takes: 20 to 70
 PARTS = 1000  # of the span, for the bar
@@ -65,9 +68,11 @@ class ChosenSteps:
         self.middle: float = 0.5 * (self.t + self.targets[0])  # of the time until the first of them
         self.rejected: int = 0
         self.newton_failed: int = 0
+        self.shortened: int = 0  # corrections of Newton's iteration in all trials
         self.lag, self.kinds = self.estimate.error.lag, [kind for kind, _ in scheme.history]
         self.carries = self.lag is not None or bool(self.estimate.names("start"))  # the motion's own a at the start
         self.state: Array = self.here[self.kinds]
+        self.memory = run.memory  # what the internal force remembers there
         self.known: dict[Source, Array] = {}
         self.dt_next: float = math.nan
         self.wanted: float = math.nan  # length of the step to try
@@ -77,14 +82,18 @@ class ChosenSteps:
     @property
     def stands(self) -> State:
         """What a later march goes on from."""
-        u, v, *a = (self.run.structure.T @ x for x in self.here[: len(step_of(self.run.scheme, 1.0).report)])
-        return State(self.t, u, v, a[0] if a else None, dt_next=self.dt_next)
+        s = self.run.structure
+        u, v, *a = (s.T @ x for x in self.here[: len(step_of(self.run.scheme, 1.0).report)])
+        found = State(self.t, u, v, a[0] if a else None, dt_next=self.dt_next)
+        if self.memory is None or not isinstance(s.internal, RememberingForce):
+            return found
+        return replace(found, memory=s.internal.named(self.memory))
 
     def trials(self) -> Iterator[Trial]:
         """The steps to compute. Raises ValueError for a singular effective matrix."""
         asked, control = self.asked, step_control()
         if self.carries:
-            self.known["start", "a"] = self.forces.acceleration(self.t, self.middle, *self.here[:2])
+            self.known["start", "a"] = self.forces.acceleration(self.t, self.middle, *self.here[:2], self.memory)
         first = self.first()
         base = held = self.wanted = self.dt_next = asked.dt_first or first
         while self.t < self.t_end:
@@ -99,15 +108,17 @@ class ChosenSteps:
                 return
             h, landing = control._reaching(min(self.wanted, asked.dt_max), self.targets[0] - self.t)
             march = self.lengths.of(h)
+            self.shortened -= march.shortened  # in steps before
             self._adapt(h)
             X = march.run.room(march.steps)
-            march.begin(X, self.state)
+            march.begin(X, self.state, self.memory)
             end = self.targets[0] if landing else self.t + h
             yield Trial(march, X, *self.forces.over(march, self.t, self.middle), end, h)
 
     def accepted(self, step: Trial) -> bool:
         """Whether the error is small enough; the length of the next step follows from it."""
         control, h, by_before = step_control(), step.h, self.estimate.by_before
+        self.shortened += step.march.shortened
         rows, size = self._measured(step)
         if not size <= 1.0:
             self.rejected += 1
@@ -132,17 +143,18 @@ class ChosenSteps:
     def failed(self, step: Trial) -> None:
         """Try a shorter step."""
         self.newton_failed, self.rejected = self.newton_failed + 1, self.rejected + 1
+        self.shortened += step.march.shortened
         self.wanted, self.before = 0.25 * step.h, -1.0
 
     def first(self) -> float:
         """Length of a step of which nothing is known before it, from the motion's first derivatives."""
         control, scales, (u, v, own) = step_control(), self.scales, self.here
-        a = self.forces.acceleration(self.t, self.middle, u, v)
+        a = self.forces.acceleration(self.t, self.middle, u, v, self.memory)
         brief = np.array([[rms(u)], [rms(v)], [rms(own)]])
         scales.largest[1] = max(scales.largest[1], float(control._fastest(brief, np.array([rms(a)]), self.length)))
         of_u, of_v = scales.of(0, u, u), scales.of(1, v, v)
         trial, d1 = control._trial(self.here, a, of_u, of_v, self.t_end)
-        then = self.forces.acceleration(self.t + trial, self.middle, u + trial * v, v + trial * a)
+        then = self.forces.acceleration(self.t + trial, self.middle, u + trial * v, v + trial * a, self.memory)
         if scales.largest[1] == 0.0:  # complete rest: only the load tells how fast the motion will be
             scales.largest[1] = math.sqrt(self.length * rms(then))
             of_v = scales.of(1, v, v)
@@ -161,7 +173,7 @@ class ChosenSteps:
         rows = combined(march.steps.report, X)
         kinds = self.estimate.kinds(math.isnan(self.last))
         if "a" in self.estimate.names("end", kinds):
-            self.known["end", "a"] = self.forces.acceleration(step.t, self.middle, *rows[:2])
+            self.known["end", "a"] = self.forces.acceleration(step.t, self.middle, *rows[:2], march.memory)
         if names := self.estimate.names("halved"):
             halves = self._halved(0.5 * march.run.h)
             self.known |= {("halved", name): halves["uv".index(name)] for name in names}
@@ -172,25 +184,33 @@ class ChosenSteps:
         late = sizes.pop(2, 0.0)
         size = sum(sizes.values()) / len(sizes) if sizes else 0.0
         size = size if late <= 1.0 else late  # where it is not too large, lengths do not depend on it
-        return rows, size if math.isfinite(float(X[-1].sum())) else math.nan
+        if not math.isfinite(float(X[-1].sum())):
+            return rows, math.nan
+        if self.memory is not None and march.memory is not None:
+            ends = self.here[:2], rows[:2], (self.memory, march.memory)
+            size = seen_within(self.forces, self.middle, self.t, step.t - self.t, *ends, self.scales, size)
+        return rows, size
 
     def _halved(self, h: float) -> Array:
         """u and v after two steps of h."""
         march = self.lengths.of(h)
-        X, state = march.run.room(march.steps), self.state
+        X, state, memory = march.run.room(march.steps), self.state, self.memory
         for t in (self.t, self.t + h):
-            march.begin(X, state)
+            march.begin(X, state, memory)
             march.complete(X, *self.forces.over(march, t, self.middle))
-            state = combined(march.steps.out, X)
+            march.commit(X, t + h)
+            state, memory = combined(march.steps.out, X), march.memory
         return combined(march.steps.report[:2], X)
 
     def _go_on(self, step: Trial, rows: Array) -> None:
         """Go on from the end of a step."""
         march, X, t = step.march, step.X, step.t
         march.look(X, step.times)
+        self.memory = march.memory
         if self.carries:
             own = self.known.pop(("end", "a"), None)
-            self.known["start", "a"] = self.forces.acceleration(t, self.middle, *rows[:2]) if own is None else own
+            at_end = t, self.middle, *rows[:2], self.memory
+            self.known["start", "a"] = self.forces.acceleration(*at_end) if own is None else own
         for name in self.estimate.names("before"):
             self.known["before", name] = combined(march.steps.rows[name][None], X)[0]
         self.state = combined(march.steps.out, X)

@@ -92,8 +92,11 @@ class Scales:
 
     def of(self, kind: int, old: Array, new: Array) -> Array:
         """Of u (kind 0) or v (1), from the values at both ends of a step."""
-        floor = self.atol[kind] + self.share[kind] * max(self.largest[kind], rms(new)) + 1e-300
-        return floor + self.rtol * np.maximum(np.abs(old), np.abs(new))
+        return self.over(kind, rms(new), np.maximum(np.abs(old), np.abs(new)))
+
+    def over(self, kind: int, largest: float, sizes: Array) -> Array:
+        """Of components of these sizes, where the RMS at the end of a step is `largest`."""
+        return self.atol[kind] + self.share[kind] * max(self.largest[kind], largest) + 1e-300 + self.rtol * sizes
 
     def saw(self, rows: Array) -> None:
         """Take account of u and v that were reached."""

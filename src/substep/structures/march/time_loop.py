@@ -1,13 +1,16 @@
 """The loop over time of a structure: a clock proposes steps, each is computed, and the clock judges what came of it.
 
+Steps that a kernel computes many at a time come as a `Stretch`, complete; the clock judges them at once.
+
 There are two clocks: `FixedSteps` accepts each step as it comes, `ChosenSteps` estimates its error and may reject it.
 """
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from ...core.arrays import Array
 from ...core.response import Status
+from ..model.memory import Memory
 from .newton import NewtonFailed
 from .steps import StructureSteps
 
@@ -27,6 +30,21 @@ class Trial(NamedTuple):
     advanced: bool = False
 
 
+class Stretch(NamedTuple):
+    """Complete steps of march to the times t (m,), s, none of which has failed.
+
+    motion (m, 2 or 3, n): what the scheme reports after each; memories: what was committed then, of m rows; counts
+    (m, balances): iterations; state (S, n): after the last.
+    """
+
+    march: StructureSteps
+    t: Array
+    motion: Array
+    memories: Memory
+    counts: Array
+    state: Array
+
+
 class Clock(Protocol):
     """What gives a march its steps; done: how many of the total units of progress are; status: how the march ended."""
 
@@ -35,11 +53,11 @@ class Clock(Protocol):
     done: int
     status: Status
 
-    def trials(self) -> Iterator[Trial]:
+    def trials(self) -> Iterator[Trial | Stretch]:
         """The steps to compute, one after another, until the end or until the status says why there is none."""
         ...
 
-    def accepted(self, step: Trial) -> bool:
+    def accepted(self, step: Any) -> bool:
         """Whether the step counts, now that it is complete; then the next one goes on from it."""
         ...
 
@@ -48,14 +66,16 @@ class Clock(Protocol):
         ...
 
 
-def steps_taken(clock: Clock) -> Iterator[Trial]:
+def steps_taken(clock: Clock) -> Iterator[Trial | Stretch]:
     """The steps of a march that count, complete; X is written anew in the step after the next."""
     for step in clock.trials():
         try:
-            step.march.complete(step.X, step.loads, step.times, advanced=step.advanced)
-            step.march.commit(step.X, step.t)
+            if isinstance(step, Trial):
+                step.march.complete(step.X, step.loads, step.times, advanced=step.advanced)
+                step.march.commit(step.X, step.t)
             counts = clock.accepted(step)
         except NewtonFailed:
+            assert isinstance(step, Trial)
             clock.failed(step)
         else:
             if counts:

@@ -3,7 +3,7 @@
 It is taken from what was last committed, and says what would be remembered if it were committed where it is taken.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
@@ -18,10 +18,25 @@ from .springs import Answers, Springs
 
 
 class Memory(NamedTuple):
-    """What is remembered: of springs an array (s_g, k_g) for each group, and the states of a material."""
+    """What is remembered: of springs an array (s_g, k_g) for each group, and the states of a material.
+
+    Of many rows each array has one more axis, the first.
+    """
 
     springs: tuple[Array, ...] = ()
     states: States = MappingProxyType({})
+
+    def at(self, rows: Any) -> "Memory":
+        """One row of many, or some; of one memory with None, the only row."""
+        states = {name: np.asarray(x)[rows] for name, x in self.states.items()}
+        return Memory(tuple(x[rows] for x in self.springs), states)
+
+    @classmethod
+    def joined(cls, parts: Sequence["Memory"]) -> "Memory":
+        """The rows of all parts."""
+        springs = zip(*(part.springs for part in parts), strict=True)
+        states = {name: np.concatenate([part.states[name] for part in parts]) for name in parts[0].states}
+        return cls(tuple(map(np.concatenate, springs)), states)
 
 
 class Recalled(NamedTuple):
@@ -100,6 +115,13 @@ class RememberingForce:
         self.kept = [((t, u.copy(), v.copy(), memory, elapsed), found), *self.kept[:1]]
         return found
 
+    def along(self, u: Array, v: Array, memories: Memory, elapsed: float = 0.0) -> tuple[Array, Answers]:
+        """The forces (m, n) at rows u, v (m, n), each from its memory, and what springs answer; without a material."""
+        assert self.springs is not None
+        found = self.springs.answers(u, v, memories.springs, elapsed)
+        force = self.springs.spread(found.force)
+        return force if self.K is None else force + (self.K @ u.T).T, found
+
     def committed(self, t: float, u: Array, v: Array, recalled: Recalled) -> Memory:
         """What is remembered once it is committed here."""
         return self.answer(t, u, v, recalled).memory
@@ -144,7 +166,7 @@ class RememberingForce:
         return linear + (0.0 if of_springs is None else float(of_springs.stored.sum()))
 
     def named(self, memory: Memory) -> dict[str, Array]:
-        """What is remembered by name: of springs (s,), NaN where a law has no such name; states as they are."""
+        """What is remembered by name: of springs (..., s), NaN where a law has no such name; states as they are."""
         found = {} if self.springs is None else self.springs.named(memory.springs)
         return found | {name: np.asarray(x) for name, x in memory.states.items()}
 

@@ -17,7 +17,7 @@ from .given import Dof, numbered, place_of
 
 
 class Answers(NamedTuple):
-    """Of s springs (s,) each: elongation, force, its slopes by that and by its rate, energy stored; and the memory."""
+    """Of s springs (..., s): elongation, force, its slopes by that and by its rate, energy stored; and the memory."""
 
     e: Array
     force: Array
@@ -51,6 +51,13 @@ class Springs:
         """s."""
         return self.B.shape[0]
 
+    @cached_property
+    def compressed(self) -> Matrix:
+        """B in compressed rows."""
+        from scipy import sparse  # noqa: PLC0415 (slow to import)
+
+        return sparse.csr_array(self.B)
+
     @property
     def of_rate(self) -> bool:
         """Whether some force depends on the rate of its elongation."""
@@ -64,16 +71,16 @@ class Springs:
     @cached_property
     def elastic(self) -> Array:
         """The slopes (s,) by elongations before they are strained."""
-        return self._all(np.zeros(self.size), np.zeros(self.size), self.unstrained, 0.0).tangent
+        return self.at(np.zeros(self.size), np.zeros(self.size), self.unstrained, 0.0).tangent
 
     def answers(self, u: Array, v: Array, memory: tuple[Array, ...], elapsed: float) -> Answers:
-        """At u, v (n,), from what was last committed, elapsed s before."""
-        rates = self.B @ v if self.of_rate else np.zeros(self.size)
-        return self._all(self.B @ u, rates, memory, elapsed)
+        """At u, v (..., n), from what was last committed, elapsed s before."""
+        e = self._elongations(u)
+        return self.at(e, self._elongations(v) if self.of_rate else np.zeros(e.shape), memory, elapsed)
 
     def spread(self, q: Array) -> Array:
-        """The forces B^T q (n,) of the springs' forces (s,)."""
-        return self.B.T @ q
+        """The forces B^T q (..., n) of the springs' forces (..., s)."""
+        return (self.B.T @ q.T).T
 
     def matrix(self, k: Array) -> Matrix:
         """B^T diag(k) B."""
@@ -82,11 +89,12 @@ class Springs:
         return self.B.T @ self.B.multiply(k[:, None]).tocsr()
 
     def named(self, memory: tuple[Array, ...]) -> dict[str, Array]:
-        """What is remembered by name (s,), NaN where a spring's law has no such name."""
+        """What is remembered by name (..., s), NaN where a spring's law has no such name."""
         found = dict[str, Array]()
         for group, rows in zip(self.groups, memory, strict=True):
             for k, name in enumerate(group.law.memory):
-                found.setdefault(name, np.full(self.size, np.nan))[group.where] = rows[:, k]
+                values = found.setdefault(name, np.full((*rows.shape[:-2], self.size), np.nan))
+                values[..., group.where] = rows[..., k]
         return found
 
     def from_named(self, named: Mapping[str, Array]) -> tuple[Array, ...]:
@@ -96,15 +104,20 @@ class Springs:
             for group in self.groups
         )
 
-    def _all(self, e: Array, rates: Array, memory: tuple[Array, ...], elapsed: float) -> Answers:
+    def _elongations(self, u: Array) -> Array:
+        """B u (..., s): of one row and of many the same to the bit, as BLAS would not have them."""
+        return np.asarray((self.compressed @ u.T).T)
+
+    def at(self, e: Array, rates: Array, memory: tuple[Array, ...], elapsed: float) -> Answers:
+        """At elongations and rates (..., s) of their own, from what was last committed, elapsed s before."""
         if len(self.groups) == 1:
             q, k, c, new, stored = self.groups[0].law.evaluate(e, rates, memory[0], elapsed)
             return Answers(e, q, k, c, stored, (new,))
-        found = np.empty((4, len(e)))
+        found = np.empty((4, *e.shape))
         kept = list[Array]()
         for (law, where), rows in zip(self.groups, memory, strict=True):
-            of: Evaluated = law.evaluate(e[where], rates[where], rows, elapsed)
-            found[:, where] = of.force, of.tangent, of.damping, of.stored
+            of: Evaluated = law.evaluate(e[..., where], rates[..., where], rows, elapsed)
+            found[..., where] = of.force, of.tangent, of.damping, of.stored
             kept.append(of.memory)
         q, k, c, stored = found
         return Answers(e, q, k, c, stored, tuple(kept))
