@@ -1,5 +1,6 @@
 """Vectors of a scheme's knots on a scene, written out in components."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from sympy import (
@@ -33,6 +34,19 @@ BEGAN = Symbol("u_*began")  # the displacement at the start of the first run, wh
 TANGENT = Symbol("K_t")  # stands for the tangent stiffness that a scheme's start reads
 
 Assignments = list[tuple[Symbol, Expr]]
+
+
+def drawn_out(e: Expr, held: Callable[[Expr], bool], name: Callable[[Expr], Expr]) -> Expr:
+    """The expression with every part that is held replaced by what `name` makes of it, also in sums and products."""
+    if held(e):
+        return name(e)
+    if isinstance(e, Mul | Add):
+        fixed = [a for a in e.args if held(a)]
+        moving = [drawn_out(a, held, name) for a in e.args if not held(a)]
+        return e.func(name(e.func(*fixed)) if fixed else e.func(), *moving)
+    if isinstance(e, larger | smaller):
+        return e.func(*(drawn_out(a, held, name) for a in e.args))
+    return e.func(*(a if held(a) else drawn_out(a, held, name) for a in e.args)) if e.args else e
 
 
 def assign(names: Matrix, values: Matrix) -> Assignments:
@@ -143,16 +157,7 @@ class Writer:
 
     def hoist(self, e: Expr) -> Expr:
         """The expression with every part that does not change in a run replaced by a constant."""
-        e = sympify(e)
-        if e.free_symbols <= self.fixed:
-            return self.constant(e)
-        if isinstance(e, Mul | Add):
-            fixed = [a for a in e.args if a.free_symbols <= self.fixed]
-            moving = [self.hoist(a) for a in e.args if not a.free_symbols <= self.fixed]
-            return e.func(self.constant(e.func(*fixed)) if fixed else e.func(), *moving)
-        if isinstance(e, larger | smaller):
-            return e.func(*map(self.hoist, e.args))
-        return e.func(*(self.hoist(a) if a.free_symbols - self.fixed else a for a in e.args)) if e.args else e
+        return drawn_out(sympify(e), lambda part: part.free_symbols <= self.fixed, self.constant)
 
     def hoisted(self, vector: Matrix) -> Matrix:
         """The vector with `hoist` applied to each entry."""

@@ -1,0 +1,226 @@
+"""Scenes whose mass depends on the position, or whose forces depend on rates and time: every scheme on Lagrange's
+equations."""
+
+import os
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from declared import BY_NAME, UNDAMPED
+from lagrange_oracle import BY_HAND, equations, marched
+from plain_kernels import text_of, uncompiled
+from scipy.integrate import solve_ivp
+from substep_derive import DeclarationError, Scene, acceleration, optional, rate, required, sampled, t
+from substep_derive.declare.scenes import lagrange
+from substep_derive.motion.equations import EquationsOfMotion
+from substep_kernels.facts import CATALOGUE
+from sympy import Abs, Rational, Symbol, cos, exp, sin, symbols
+
+import substep as ss
+from substep.derived.modules import adaptive_pair, uncommitted_pair
+
+VERIFY = bool(os.environ.get("SUBSTEP_VERIFY"))
+GENERAL = {s.name for s in lagrange.ALL if EquationsOfMotion(s).general}
+OF_MATRICES = {"central_difference_lagged", "gholampour", "kr_alpha", "kr_alpha_plain_start"}  # have M, C, K0 in them
+DISCRETE = {"energy_momentum"}
+REFUSED = OF_MATRICES | DISCRETE | set(UNDAMPED)  # on a mass that moves
+u, w, k, c, m = symbols("u w k c m")
+q1, q2, q3 = coordinates = symbols("q1:4")
+
+
+@cache
+def kernels(scheme: str, scene: Any) -> ModuleType:
+    return uncompiled(text_of(uncommitted_pair(scheme, scene)))
+
+
+@pytest.fixture
+def plainly(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Kernels of catalogue schemes on any scene as plain Python."""
+    from substep.core import threads
+    from substep.marching import adaptive, scene_lanes
+
+    monkeypatch.setattr(scene_lanes, "pair_kernels", lambda scene, scheme: kernels(scheme.name, scene.info.source))
+    monkeypatch.setattr(adaptive, "_kernels", cache(lambda *of: uncompiled(text_of(adaptive_pair(*of)))))
+    monkeypatch.setattr(threads, "cores", lambda: 1)
+    with np.errstate(all="ignore"):
+        yield
+
+
+# end values, from the issue's independent computation: u and v
+VALUES = [
+    ("double_pendulum", {}, 2.0, 400, [-0.48297153, -1.32404871], [3.06528819, 2.94927155]),
+    ("kapitza", {"omega_d": 20.0}, 20.0, 4000, [2.73488477], [-0.04026225]),
+    ("kapitza", {"omega_d": 40.0}, 20.0, 8000, [3.0990535], [0.16319069]),
+    ("van_der_pol", {}, 20.0, 1000, [2.00814976], [-0.04250888]),
+    ("quadratic_drag", {}, 10.0, 500, [-0.60385168], [0.3788996]),
+]
+
+
+@pytest.mark.usefixtures("plainly")
+@pytest.mark.parametrize(("scene", "given", "t_end", "n", "expected_u", "expected_v"), VALUES)
+def test_end_values_are_those_computed_independently(
+    scene: str, given: Mapping[str, float], t_end: float, n: int, expected_u: Any, expected_v: Any
+) -> None:
+    r = ss.march(ss.scene(scene, **given), "dormand_prince", t_end / n, t_end)
+    assert r.status == "completed"
+    np.testing.assert_allclose(r.u[-1], expected_u, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(r.v[-1], expected_v, rtol=0, atol=1e-8)
+
+
+@cache
+def exact(scene: str, t_end: float) -> tuple[Any, Any]:
+    """u, v at t_end by SciPy's DOP853, from equations that SymPy's mechanics module has derived."""
+    handle = ss.scene(scene)
+    d = len(handle.u0)
+    e = equations(next(s for s in lagrange.ALL if s.name == scene), handle.parameters)
+    y = solve_ivp(
+        lambda t, y: [*y[d:], *e.at(y[:d], y[d:], t)], (0.0, t_end), [*handle.u0, *handle.v0], method="DOP853",
+        rtol=1e-13, atol=1e-13,
+    ).y[:, -1]  # fmt: skip
+    return y[:d], y[d:]
+
+
+def order(scheme: str) -> int:
+    """The least of the orders of u and v on u'' = g(t, u) - C u', but of a velocity that lags behind that is one."""
+    return 1 if scheme in LAGGING else min(CATALOGUE[scheme]["nonlinear_order"][:2])
+
+
+LAGGING = {"noh_bathe"}  # take the force of velocities at a velocity of first order
+
+
+@pytest.mark.usefixtures("plainly")
+@pytest.mark.parametrize("scheme", sorted(set(BY_NAME) - REFUSED))
+def test_every_scheme_keeps_its_order_where_the_mass_moves(scheme: str) -> None:
+    """The double pendulum in angles: both coordinates and rates, against equations and steps of others."""
+    expected = order(scheme)
+    steps = (25, 50) if expected > 4 else (50, 100) if expected > 2 else (200, 400)
+    u, v = exact("double_pendulum", 0.5)
+    errors = []
+    for n in steps:
+        r = ss.march("double_pendulum", scheme, 0.5 / n, 0.5)
+        assert r.status == "completed"
+        errors.append(max(np.abs(r.u[-1] - u).max(), np.abs(r.v[-1] - v).max()))
+    assert errors[1] < 0.05
+    assert errors[1] <= 1e-11 or np.log2(errors[0] / errors[1]) >= expected - 0.35, errors
+
+
+@pytest.mark.usefixtures("plainly")
+@pytest.mark.parametrize("scheme", sorted(REFUSED))
+def test_what_cannot_take_a_moving_mass_is_refused_by_name(scheme: str) -> None:
+    reason = (
+        "coefficients from matrices" if scheme in OF_MATRICES
+        else "discrete gradient" if scheme in DISCRETE else r"scheme for u'' = g\(t, u\)"
+    )  # fmt: skip
+    for step in ({"dt": 0.01}, {"tol": 1e-6}):
+        if scheme in OF_MATRICES and "tol" in step and BY_NAME[scheme].start != {}:
+            continue  # which are refused for that
+        with pytest.raises(ValueError, match=f"^{scheme} .*{reason}.*double_pendulum"):
+            ss.march("double_pendulum", scheme, t_end=1.0, **step)
+
+
+def row(k: int, rng: np.random.Generator, n: int) -> Any:
+    """A generalised velocity: mostly the k-th rate, with the others' shares depending on coordinates and time."""
+    share = [Rational(int(rng.integers(-4, 5)), 12) for _ in range(4)]
+    other, here = coordinates[int(rng.integers(n))], coordinates[k]
+    mixed = sum((s * rate(x) for s, x in zip(share, coordinates[:n], strict=False)), 0)
+    return rate(here) + mixed * cos(other) / 2 + share[3] * sin(other + t) + share[0] * other * rate(here) / 3
+
+
+def drawn(seed: int) -> Scene:
+    """A random scene of one to three coordinates."""
+    rng = np.random.default_rng(seed)
+    n = 1 + seed % 3
+    q = coordinates[:n]
+    a, b, d = (Rational(int(x), 7) for x in rng.integers(1, 9, 3))
+    kinetic = sum((row(i, rng, n) ** 2 for i in range(n)), 0) / 2
+    potential = sum((a * x**2 / 2 - b * cos(x + i) + d * x * q[i - 1] * sin(2 * t) / 4 for i, x in enumerate(q)), 0)
+    last, first = q[-1], q[0]
+    return Scene(
+        f"drawn_{seed}",
+        coordinates=dict.fromkeys(q, "m"),
+        kinetic=kinetic,
+        potential=potential,
+        dissipation=c * Abs(rate(first)) ** 3 / 3 + d * rate(last) ** 2 / 9 * exp(first / 5),
+        forces={last: (1 - last**2) * rate(last) / 3 + b * first * cos(t), first: -Abs(last) * last / 5},
+        load={first: sin(3 * t)},
+        parameters=(optional(c, Rational(1, 5)),),
+        start={x: Rational(int(rng.integers(-6, 7)), 10) for x in (*q, *map(rate, q))},
+        length=1,
+    )
+
+
+@pytest.mark.usefixtures("plainly")
+@pytest.mark.parametrize("scheme", BY_HAND)
+@pytest.mark.parametrize("seed", range(24 if VERIFY else 3))
+def test_random_scenes_step_as_written_by_hand(seed: int, scheme: str) -> None:
+    scene, (step, given) = drawn(seed), BY_HAND[scheme]
+    handle, h, n = ss.scene(scene), 0.01, 12
+    e = equations(scene, handle.parameters)
+    expected = list(marched(step, e, h, n, handle.u0, handle.v0))
+    np.testing.assert_allclose(handle.a0, expected[0][2], rtol=1e-12, atol=1e-12)
+    r = ss.march(handle, ss.scheme(scheme, **given), h, n * h)
+    for kind, found in enumerate((r.u, r.v, r.a)):
+        np.testing.assert_allclose(found, [x[kind] for x in expected], rtol=0, atol=3e-11)
+
+
+def declared(**changes: Any) -> Scene:
+    given: dict[str, Any] = {
+        "name": "mine", "coordinates": {u: "m", w: "rad"}, "kinetic": m * (rate(u) ** 2 + (u * rate(w)) ** 2) / 2,
+        "potential": k * u**2 / 2, "parameters": (optional(m, 2), required(k)), "length": 1,
+        "start": {u: 1, w: 0, rate(u): 0, rate(w): 0},
+    }  # fmt: skip
+    return Scene(**{**given, **changes})
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"kinetic": m * rate(u) ** 2 * rate(w) ** 2}, "expected a kinetic energy quadratic in u_dot, w_dot"),
+        ({"kinetic": m * Abs(rate(u)) * rate(w)}, "expected a kinetic energy quadratic"),
+        ({"kinetic": m * acceleration(u) * rate(u)}, "kinetic energy holds 'u_ddot'"),
+        ({"kinetic": m * rate(u) ** 2 / 2}, "got a singular mass matrix, .* leave out the coordinate"),
+        ({"start": {u: 0, w: 0, rate(u): 0, rate(w): 0}}, "singular mass matrix at the start, .*start elsewhere"),
+        ({"forces": {k: u}}, "forces are given on 'k', expected one of the coordinates u, w"),
+        ({"forces": {u: c * u}}, "force on u holds 'c'"),
+        ({"forces": {u: acceleration(w)}}, "holds the acceleration 'w_ddot'.*into the kinetic energy"),
+        ({"forces": {u: sampled * cos(w)}}, "force on u holds 'f'"),
+        ({"load": {k: t}}, "load are given on 'k'"),
+        ({"dissipation": -m * rate(u) ** 2}, "expected a dissipation that is convex"),
+        ({"dissipation": m * rate(u) ** 2 * t}, "dissipation holds 't'"),
+    ],
+)
+def test_a_declaration_that_defines_no_motion_is_refused(changes: Any, message: str) -> None:
+    with pytest.raises(DeclarationError, match=f"^mine: .*{message}"):
+        declared(**changes)
+
+
+def test_a_start_at_which_the_mass_is_singular_is_refused() -> None:
+    with pytest.raises(ValueError, match="^spring_pendulum: expected a start .* mass .*r_0 = 0"):
+        ss.scene("spring_pendulum", r_0=0.0)
+
+
+def test_lagranges_equations_are_written_with_what_a_scene_needs() -> None:
+    """A damper or a constant gyroscopic force in any of the three slots is a matrix, a force of t alone is a load."""
+    plain = declared(kinetic=m * (rate(u) ** 2 + rate(w) ** 2) / 2)
+    damper = EquationsOfMotion(replace(plain, dissipation=k * rate(u) ** 2 / 2))
+    force = EquationsOfMotion(replace(plain, forces={u: -k * rate(u) + m * cos(t)}))
+    assert damper.damping == force.damping
+    assert list(force.load) == [m * cos(t), 0]
+    assert not (damper.general or force.general)
+    assert force.linear
+    turning = EquationsOfMotion(replace(plain, kinetic=plain.kinetic + m * k * (u * rate(w) - w * rate(u))))
+    assert turning.damping.tolist() == [[0, -2 * k * m], [2 * k * m, 0]]
+    assert turning.linear
+    hoop = EquationsOfMotion(lagrange.rotating_hoop)
+    assert not hoop.general
+    assert hoop.energy.diff(Symbol("spin")) == hoop.potential.diff(Symbol("spin"))
+    cartesian = EquationsOfMotion(
+        declared(kinetic=m * ((rate(u) * cos(w) - u * sin(w) * rate(w)) ** 2
+                              + (rate(u) * sin(w) + u * cos(w) * rate(w)) ** 2) / 2)
+    )  # fmt: skip
+    assert cartesian.mass.tolist() == [[m, 0], [0, m * u**2]]
+    assert cartesian.angular_momentum == m * u**2 * rate(w)
