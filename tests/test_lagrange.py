@@ -15,6 +15,7 @@ from lagrange_oracle import BY_HAND, equations, marched
 from plain_kernels import text_of, uncompiled
 from scipy.integrate import solve_ivp
 from substep_derive import DeclarationError, Scene, acceleration, optional, rate, required, sampled, t
+from substep_derive.declare.catalogue import find_law
 from substep_derive.declare.scenes import lagrange
 from substep_derive.motion.equations import EquationsOfMotion
 from substep_kernels.facts import CATALOGUE
@@ -224,3 +225,103 @@ def test_lagranges_equations_are_written_with_what_a_scene_needs() -> None:
     )  # fmt: skip
     assert cartesian.mass.tolist() == [[m, 0], [0, m * u**2]]
     assert cartesian.angular_momentum == m * u**2 * rate(w)
+
+
+@pytest.mark.usefixtures("plainly")
+@pytest.mark.parametrize("scheme", ["average_acceleration", "generalized_alpha", "bathe", "dormand_prince", "esdirk43"])
+@pytest.mark.parametrize("scene", ["double_pendulum", "van_der_pol", "kapitza"])
+def test_chosen_steps_keep_to_the_tolerance(scene: str, scheme: str) -> None:
+    t_end = 1.0
+    u, _ = exact(scene, t_end)
+    errors, steps = [], []
+    for tol in (1e-4, 1e-6):
+        r = ss.march(scene, scheme, tol=tol, t_end=t_end)
+        assert r.status == "completed"
+        errors.append(np.abs(r.u[-1] - u).max())
+        steps.append(len(r.t))
+    assert errors[0] < 100 * 1e-4
+    assert errors[1] < 100 * 1e-6
+    assert steps[0] < steps[1]
+
+
+@pytest.mark.usefixtures("plainly")
+@pytest.mark.parametrize("scheme", ["generalized_alpha", "newmark_bdf2", "houbolt", "rk4"])
+@pytest.mark.parametrize("scene", ["cart_pole", "kapitza"])
+def test_a_run_goes_on_to_the_bit(scene: str, scheme: str) -> None:
+    whole = ss.march(scene, scheme, 0.01, 0.4)
+    first = ss.march(scene, scheme, 0.01, 0.1)
+    then = ss.march(scene, scheme, 0.01, 0.4, start=first)
+    for kind in "uva":
+        assert np.array_equal(getattr(whole, kind)[10:], getattr(then, kind))
+    chosen = ss.march(scene, "rk4", tol=1e-8, t_end=0.4, start=first)
+    assert np.abs(chosen.u[-1] - whole.u[-1]).max() < 0.01
+
+
+@pytest.mark.parametrize("scheme", ["generalized_alpha", "bathe", "rk4"])
+def test_lanes_side_by_side_are_the_runs_one_by_one(scheme: str) -> None:
+    """Compiled, in blocks of lanes whose iterations wait for each other: a sweep has the results of single runs."""
+    angles = np.linspace(0.2, 3.0, 24)
+    found = ss.sweep("double_pendulum", scheme, dt=0.02, t_end=1.0, keep="final", theta1_0=angles)
+    for k in (0, 11, 23):
+        r = ss.march(ss.scene("double_pendulum", theta1_0=angles[k]), scheme, 0.02, 1.0)
+        np.testing.assert_allclose(found.u.to_numpy()[k], r.u[-1], rtol=0, atol=1e-10)
+
+
+@pytest.mark.usefixtures("plainly")
+@pytest.mark.parametrize("scene", ["double_pendulum", "spring_pendulum", "rotating_hoop", "cart_pole", "heavy_top"])
+def test_the_energy_of_lagranges_equations_is_kept(scene: str) -> None:
+    """T_2 - T_0 + V, also on a hoop that is turned; and the angular momenta of the top."""
+    r = ss.march(scene, "rkn64" if scene == "rotating_hoop" else "dormand_prince", 0.005, 1.0)
+    np.testing.assert_allclose(r.energy, r.energy[0], rtol=0, atol=2e-8 * max(abs(r.energy[0]), 1.0))
+    assert (scene == "heavy_top") == (r.scene.info.angular_momentum)
+    if scene == "heavy_top":
+        np.testing.assert_allclose(r.angular_momentum, r.angular_momentum[0], rtol=1e-9)
+    if scene == "rotating_hoop":
+        p = r.scene.parameters
+        T0 = p["m"] * (p["R"] * p["spin"] * np.sin(r.u[:, 0])) ** 2 / 2
+        T2, V = p["m"] * (p["R"] * r.v[:, 0]) ** 2 / 2, p["m"] * p["g"] * p["R"] * (1 - np.cos(r.u[:, 0]))
+        np.testing.assert_allclose(r.energy, T2 - T0 + V, rtol=0, atol=1e-13)
+        assert np.ptp(T2 + V) > 0.1
+        kept = ss.march(scene, "energy_momentum", 0.05, 5.0)
+        np.testing.assert_allclose(kept.energy, kept.energy[0], rtol=0, atol=1e-11)
+
+
+@pytest.mark.usefixtures("plainly")
+@pytest.mark.parametrize("scene", ["van_der_pol", "kapitza", "quadratic_drag"])
+def test_a_discrete_gradient_stands_beside_other_forces(scene: str) -> None:
+    u, v = exact(scene, 1.0)
+    errors = []
+    for n in (100, 200):
+        r = ss.march(scene, "energy_momentum", 1.0 / n, 1.0)
+        errors.append(max(np.abs(r.u[-1] - u).max(), np.abs(r.v[-1] - v).max()))
+    assert np.log2(errors[0] / errors[1]) > 1.8
+
+
+@pytest.mark.usefixtures("plainly")
+def test_what_a_feedback_holds_stays_up_and_what_is_shaken_too() -> None:
+    falls = ss.march("cart_pole", "bathe", 0.01, 3.0)
+    held = ss.march(ss.scene("cart_pole", gain_x=1.0, gain_v=2.0, gain_angle=30.0, gain_spin=6.0), "bathe", 0.01, 3.0)
+    assert np.abs(falls.u[:, 1]).max() > 3.0
+    assert np.abs(held.u[200:, 1]).max() < 0.1
+    slow, fast = (ss.march(ss.scene("kapitza", omega_d=x), "rk4", 0.002, 20.0).u[:, 0] - np.pi for x in (20.0, 40.0))
+    assert np.abs(slow).max() > 0.3
+    assert np.abs(fast).max() < 0.25
+
+
+@pytest.mark.usefixtures("plainly")
+def test_a_law_acts_where_the_mass_moves() -> None:
+    """A hinge with dry friction in a swinging spring: it loses what the law says, and the rest is kept."""
+    friction = replace(
+        lagrange.spring_pendulum, name="rusty",
+        laws={"hinge": find_law("coulomb").on(Symbol("theta"), stiffness=400, q_y=Rational(1, 2))},
+    )  # fmt: skip
+    r = ss.march(friction, "average_acceleration", 0.001, 2.0)
+    lost = r.energy_dissipated
+    assert lost[-1] > 0.2
+    np.testing.assert_allclose(r.energy + lost, r.energy[0], rtol=0, atol=5e-4)
+
+
+def test_a_gain_of_energy_is_said_of_a_scene_that_keeps_it() -> None:
+    """Also where its inertia has forces of rates, but not where forces give energy."""
+    assert ss.scene("double_pendulum").info.conserves
+    assert not any(ss.scene(name).info.conserves for name in ("cart_pole", "van_der_pol", "quadratic_drag"))
