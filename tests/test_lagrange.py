@@ -154,6 +154,7 @@ def drawn(seed: int) -> Scene:
     )
 
 
+@pytest.mark.matrix
 @pytest.mark.usefixtures("plainly")
 @pytest.mark.parametrize("scheme", BY_HAND)
 @pytest.mark.parametrize("seed", range(24 if VERIFY else 3))
@@ -227,6 +228,7 @@ def test_lagranges_equations_are_written_with_what_a_scene_needs() -> None:
     assert cartesian.angular_momentum == m * u**2 * rate(w)
 
 
+@pytest.mark.matrix
 @pytest.mark.usefixtures("plainly")
 @pytest.mark.parametrize("scheme", ["average_acceleration", "generalized_alpha", "bathe", "dormand_prince", "esdirk43"])
 @pytest.mark.parametrize("scene", ["double_pendulum", "van_der_pol", "kapitza"])
@@ -244,6 +246,7 @@ def test_chosen_steps_keep_to_the_tolerance(scene: str, scheme: str) -> None:
     assert steps[0] < steps[1]
 
 
+@pytest.mark.matrix
 @pytest.mark.usefixtures("plainly")
 @pytest.mark.parametrize("scheme", ["generalized_alpha", "newmark_bdf2", "houbolt", "rk4"])
 @pytest.mark.parametrize("scene", ["cart_pole", "kapitza"])
@@ -257,21 +260,21 @@ def test_a_run_goes_on_to_the_bit(scene: str, scheme: str) -> None:
     assert np.abs(chosen.u[-1] - whole.u[-1]).max() < 0.01
 
 
-@pytest.mark.parametrize("scheme", ["generalized_alpha", "bathe", "rk4"])
+@pytest.mark.parametrize("scheme", ["generalized_alpha", *(["bathe", "rk4"] if VERIFY else [])])
 def test_lanes_side_by_side_are_the_runs_one_by_one(scheme: str) -> None:
     """Compiled, in blocks of lanes whose iterations wait for each other: a sweep has the results of single runs."""
     angles = np.linspace(0.2, 3.0, 24)
     found = ss.sweep("double_pendulum", scheme, dt=0.02, t_end=1.0, keep="final", theta1_0=angles)
     for k in (0, 11, 23):
         r = ss.march(ss.scene("double_pendulum", theta1_0=angles[k]), scheme, 0.02, 1.0)
-        np.testing.assert_allclose(found.u.to_numpy()[k], r.u[-1], rtol=0, atol=1e-10)
+        np.testing.assert_allclose(found.u.to_numpy()[k], r.u[-1], rtol=0, atol=1e-11)
 
 
 @pytest.mark.usefixtures("plainly")
 @pytest.mark.parametrize("scene", ["double_pendulum", "spring_pendulum", "rotating_hoop", "cart_pole", "heavy_top"])
 def test_the_energy_of_lagranges_equations_is_kept(scene: str) -> None:
     """T_2 - T_0 + V, also on a hoop that is turned; and the angular momenta of the top."""
-    r = ss.march(scene, "rkn64" if scene == "rotating_hoop" else "dormand_prince", 0.005, 1.0)
+    r = ss.march(scene, "dormand_prince", 0.005, 1.0)
     np.testing.assert_allclose(r.energy, r.energy[0], rtol=0, atol=2e-8 * max(abs(r.energy[0]), 1.0))
     assert (scene == "heavy_top") == (r.scene.info.angular_momentum)
     if scene == "heavy_top":
@@ -318,7 +321,7 @@ def test_a_law_acts_where_the_mass_moves() -> None:
     r = ss.march(friction, "average_acceleration", 0.001, 2.0)
     lost = r.energy_dissipated
     assert lost[-1] > 0.2
-    np.testing.assert_allclose(r.energy + lost, r.energy[0], rtol=0, atol=5e-4)
+    np.testing.assert_allclose(r.energy + lost, r.energy[0] + lost[0], rtol=0, atol=1e-5)
 
 
 def test_a_gain_of_energy_is_said_of_a_scene_that_keeps_it() -> None:
