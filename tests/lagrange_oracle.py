@@ -110,6 +110,25 @@ def generalized_alpha(e: Equations, h: float, time: float, q: Array, v: Array, a
     return *ends(new), new
 
 
+def generalized_alpha_of_forces(e: Equations, h: float, time: float, q: Array, v: Array, a: Array):
+    """The same with forces of inertia, M(q) a, mixed in place of accelerations."""
+    am, af = (2 * 0.8 - 1) / 1.8, 0.8 / 1.8
+    beta, gamma = (1 - am + af) ** 2 / 4, 0.5 - am + af
+
+    def ends(new: Array) -> tuple[Array, Array]:
+        return q + h * v + h * h * ((0.5 - beta) * a + beta * new), v + h * ((1 - gamma) * a + gamma * new)
+
+    old = np.linalg.inv(e.inverse(q, time))
+
+    def again(new: Array) -> Array:
+        inverse = e.inverse(ends(new)[0], time + h)
+        mixed = (1 - af) * np.linalg.solve(inverse, e.at(*ends(new), time + h)) + af * old @ e.at(q, v, time)
+        return inverse @ (mixed - am * old @ a) / (1 - am)
+
+    new = settled(again, a)
+    return *ends(new), new
+
+
 def bathe(e: Equations, h: float, time: float, q: Array, v: Array, a: Array):
     qg, vg, _ = newmark(e, h / 2, time, q, v, a)
 
