@@ -6,7 +6,7 @@ Every check raises `DeclarationError`, which names the scene, the expression at 
 from collections.abc import Iterable, Mapping
 from typing import Any, Protocol
 
-from sympy import Expr, Interval, Matrix, Rational, Symbol, oo, simplify, sympify
+from sympy import Expr, Interval, Matrix, Rational, Symbol, oo, sympify
 
 from .errors import DeclarationError
 from .law import Element
@@ -14,7 +14,8 @@ from .names import check_scene
 from .parameter import Parameter
 from .symbols import sampled, t
 
-NOT_NEGATIVE = Interval(0, oo)
+NOT_NEGATIVE, TINY = Interval(0, oo), Rational(1, 10**20)
+MOST = 4  # coordinates of a mass matrix that is not constant, whose inverse is written out in symbols
 TRIED = (Rational(2, 3), Rational(-5, 7), Rational(9, 4))  # values of rates at which a dissipation is looked at
 
 
@@ -140,13 +141,22 @@ def _invariants(scene: _Declared) -> None:
 
 
 def _mass(scene: _Declared) -> None:
-    mass = hessian(scene.kinetic, scene.rates)
-    at_start = mass.subs({q: scene.start[q] for q in scene.coordinates} | {t: 0}, simultaneous=True)
-    for where, matrix in (("", mass), (" at the start", at_start)):
-        if simplify(matrix.det()) == 0:
+    """That the mass matrix is regular, tried at numbers for all parameters, and small enough to be inverted."""
+    mass, q = hessian(scene.kinetic, scene.rates), tuple(scene.coordinates)
+    if len(q) > MOST and mass.free_symbols & {*q, t}:
+        raise DeclarationError(
+            f"{scene.name}: expected at most {MOST} coordinates where the mass depends on them or on t, since its "
+            f"inverse is written out, got {len(q)}; choose coordinates in which it is constant"
+        )
+    values = {p.symbol: p.inside(Rational(3 + k, 7 + k)) for k, p in enumerate(scene.parameters)}
+    anywhere = {x: Rational(3, 5 + k) for k, x in enumerate((*q, t))}
+    at_start = {x: scene.start[x] for x in q} | {t: 0}
+    for where, place in (("", anywhere), (" at the start", at_start)):
+        numbers = mass.subs(place, simultaneous=True).subs(values).evalf(30)
+        if abs(numbers.det()) <= TINY * max(abs(x) for x in numbers) ** len(q):
             raise DeclarationError(
                 f"{scene.name}: expected a kinetic energy in which every coordinate has a mass, got a singular mass "
-                f"matrix{where}, {matrix.tolist()}; leave out the coordinate without one, choose others, or start "
+                f"matrix{where}, {mass.tolist()}; leave out the coordinate without one, choose others, or start "
                 "elsewhere"
             )
 

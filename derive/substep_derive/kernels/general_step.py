@@ -100,7 +100,7 @@ def general_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
 
     u, v = at.in_z(place.u), at.in_z(place.v)
     if u.has(*z):
-        u = w.components(place.u) if place.u in reach else moved("u", u)
+        u = w.components(place.u) if isinstance(place.u, Symbol) else moved("u", u)
     if w.motion.of_rates and v.has(*z):
         v = moved("v", v, w.components(Symbol("v_*star")))
     mass, force = at.equation(place, u, v)
@@ -110,7 +110,7 @@ def general_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
     for names, rate in vectors:
         if names != a:
             jacobian += Matrix([[slope(e, s) for s in names] for e in residual]) * rate
-    steady = _Steady(k, {*z, *(s for names, _ in vectors for s in names)})
+    steady = _Steady(k, {s for m in (z, *(names for names, _ in vectors)) for s in m.free_symbols})
     residual, jacobian = (w.hoisted(m).applyfunc(steady.without) for m in (residual, jacobian))
     c_u = next(iter(reach.values()), Integer(0))
     first = (w.components(last) - w.components(predicted(0))) * w.reciprocal(c_u, c_u) if c_u != 0 else zeros(w.size, 1)
@@ -140,8 +140,8 @@ class _At:
         w = self.w
         instant = w.instant(factor(place.u.subs({**w.instants, h: 1}, simultaneous=True)))
         if isinstance(place.force, N_discrete):
-            ends = (list(w.vector(argument)) for argument in place.force.args)
-            return w.motion.discrete_equation(*ends, list(v), instant)
+            old, new = (list(w.vector(argument)) for argument in place.force.args)
+            return w.motion.discrete_equation(old, new, list(v), instant)
         mass, force = w.motion.equation(list(u), list(v), instant)
         return mass, force.subs(w.remembered(place.u), simultaneous=True)
 

@@ -244,7 +244,7 @@ class EquationsOfMotion:
         return self.mass.subs(given, simultaneous=True), whole.subs(given, simultaneous=True)
 
     def discrete_equation(
-        self, old: Sequence[Symbol], new: Sequence[Symbol], v: Sequence[Expr], at: Expr
+        self, old: Sequence[Expr], new: Sequence[Expr], v: Sequence[Expr], at: Expr
     ) -> tuple[Matrix, Matrix]:
         """As `equation`, with the discrete gradient of the potential between two displacements, and else their mean."""
         middle = [(a + b) / 2 for a, b in zip(old, new, strict=True)]
@@ -300,7 +300,7 @@ class EquationsOfMotion:
         """Whether the user gives the load as a function of time."""
         return self.load.has(sampled)
 
-    def discrete_gradient(self, u0: Sequence[Symbol], u1: Sequence[Symbol]) -> Matrix:
+    def discrete_gradient(self, u0: Sequence[Expr], u1: Sequence[Expr]) -> Matrix:
         """Simo & Tarnow (1992), Gonzalez (1996): N with N.(u1 - u0) = V(u1) - V(u0), formed in the invariants.
 
         Forces of coordinates that have no potential are taken at the midpoint.
