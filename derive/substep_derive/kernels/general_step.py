@@ -89,28 +89,29 @@ def general_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
     within = list(reached)  # what every iteration assigns
     vectors = [(w.components(s), c) for s, c in reach.items()]  # that move with z, and their derivatives by it
 
-    def moved(kind: str, whole: Matrix, known: Matrix | None = None) -> Matrix:
-        """Names of a vector that moves with z, assigned in every iteration; known: its value at z = 0, by name."""
-        rate, name = whole[0].diff(z[0]), w.components(Symbol(f"{kind}_*at"))
-        if known is not None:
-            before.extend(assign(known, w.hoisted(whole.subs(at_rest))))
-        within.extend(assign(name, known + rate * z if known is not None else w.hoisted(w.vector(place.u))))
-        vectors.append((name, rate))
+    def named(kind: str, whole: Matrix) -> Matrix:
+        """Names of a vector that moves with z, assigned in every iteration from its value at z = 0."""
+        name, star = (w.components(Symbol(f"{kind}_*{label}")) for label in ("at", "star"))
+        before.extend(assign(star, w.hoisted(whole.subs(at_rest))))
+        within.extend(assign(name, star + whole[0].diff(z[0]) * z))
         return name
 
     u, v = at.in_z(place.u), at.in_z(place.v)
-    if u.has(*z):
-        u = w.components(place.u) if isinstance(place.u, Symbol) else moved("u", u)
+    if isinstance(place.u, Symbol) and u.has(*z):
+        u = w.components(place.u)
+    elif u.has(*z):
+        vectors.append((w.components(Symbol("u_*at")), u[0].diff(z[0])))
+        u = vectors[-1][0]
+        within += assign(u, w.hoisted(w.vector(place.u)))
     if w.motion.of_rates and v.has(*z):
-        v = moved("v", v, w.components(Symbol("v_*star")))
+        vectors.append((named("v", v), v[0].diff(z[0])))
+        v = vectors[-1][0]
+    a = z if rest.is_zero_matrix and c_a == 1 else named("a", inertia)
     mass, force = at.equation(place, u, v)
-    a = z if rest.is_zero_matrix and c_a == 1 else moved("a", inertia, w.components(Symbol("a_*star")))
-    residual = mass * a + place.weight * (force - load)
-    jacobian = c_a * mass
+    residual, jacobian = mass * a + place.weight * (force - load), c_a * mass
     for names, rate in vectors:
-        if names != a:
-            jacobian += Matrix([[slope(e, s) for s in names] for e in residual]) * rate
-    steady = _Steady(k, {s for m in (z, *(names for names, _ in vectors)) for s in m.free_symbols})
+        jacobian += Matrix([[slope(e, s) for s in names] for e in residual]) * rate
+    steady = _Steady(k, {s for m in (z, a, *(names for names, _ in vectors)) for s in m.free_symbols})
     residual, jacobian = (w.hoisted(m).applyfunc(steady.without) for m in (residual, jacobian))
     c_u = next(iter(reach.values()), Integer(0))
     first = (w.components(last) - w.components(predicted(0))) * w.reciprocal(c_u, c_u) if c_u != 0 else zeros(w.size, 1)

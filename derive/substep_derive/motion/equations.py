@@ -75,9 +75,10 @@ class EquationsOfMotion:
     def general(self) -> bool:
         """Whether more than a constant mass, a constant damping, a force of the coordinates and a load of t is needed.
 
-        Forces of laws that depend on rates apart, which are taken at the velocity that the damping is taken at.
+        Forces of laws that depend on rates alone apart, which are taken at the velocity that the damping is taken at.
         """
-        return self.mass_moves or not self._of_rates.is_zero_matrix or self._force.has(t)
+        moving = self.rate_force.free_symbols & set(self.coordinates) or not self._of_rates.is_zero_matrix
+        return self.mass_moves or bool(moving) or self._force.has(t)
 
     @cached_property
     def of_rates(self) -> bool:
