@@ -63,7 +63,9 @@ for name in schemes:
     panel.loglog(steps, errors[:, 1], "--", color=line.get_color())
     orders = np.log2(errors[-2] / errors[-1])
     print(
-panel.set(xlabel="step $h$ (s)", ylabel="error of the tension (N)", title="Solid: from the motion. Dashed: its own")
+        panel.set(
+            xlabel="step $h$ (s)", ylabel="error of the tension (N)", title="Solid: from the motion. Dashed: its own"
+        )
     )
     assert abs(orders[0] - 2) < 0.2
     assert abs(orders[1] - min(2, prescribed(name).multiplier.power)) < 0.2

@@ -8,6 +8,7 @@ from by_hand import SCENES, push
 from declared import BY_NAME, UNDAMPED
 from nonlinear_oracle import history
 from plain_kernels import SCENE_BY_NAME, WITH_LAWS, plain, variant
+from substep_derive.declare.scenes import lagrange
 
 import substep as ss
 from substep.marching import scene_lanes
@@ -39,7 +40,8 @@ PAIRS = [(scheme, scene) for scheme in BY_NAME for scene in SCENES
 
 def test_every_scene_is_written_by_hand() -> None:
     assert set(SCENES) == set(SCENE_BY_NAME)
-    assert set(ss.scenes()) == (set(SCENES) | set(WITH_LAWS)) - {"elastic_pendulum_engineering"}
+    others = {*WITH_LAWS, *(scene.name for scene in lagrange.ALL)}
+    assert set(ss.scenes()) == (set(SCENES) | others) - {"elastic_pendulum_engineering"}
 
 
 @pytest.mark.usefixtures("uncompiled")

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from plain_kernels import SCENE_BY_NAME
 from scipy.integrate import solve_ivp
 from substep_thesis.derive.printed import undamped_order
 
 import substep as ss
-from substep.core.scenes import SCENES
 from substep.exact import motions
 from substep.studies.precision import cases, charts, crossover, jobs, measure, peers
 from substep.studies.precision import reference as references
@@ -217,9 +217,7 @@ def test_failures_are_open_marks_at_the_edge() -> None:
 def test_every_scene_has_a_chart() -> None:
     """But uniform rotation, which every scheme follows exactly."""
     drawn = {case.make().name for case in (*cases.CASES, *cases.FURTHER)}
-    assert drawn | {"rigid_pendulum"} == {
-        name for name, entry in SCENES.items() if "memory" not in entry
-    }  # those are not smooth
+    assert drawn | {"rigid_pendulum"} == set(SCENE_BY_NAME)  # those with laws are not smooth
 
 
 @pytest.mark.parametrize("case", (*cases.CASES, *cases.FURTHER), ids=lambda case: case.name)

@@ -15,7 +15,7 @@ from declared import BY_NAME, NAMES
 from manual import ledger, markdown, notebooks, picture, reference, scenes, schemes
 from manual.declarations import declaration
 from matplotlib.figure import Figure
-from plain_kernels import SCENE_BY_NAME, WITH_LAWS
+from plain_kernels import SCENE_BY_NAME
 from substep_derive import certify
 from substep_derive.declare import scenes as scene_package
 from substep_derive.declare import schemes as scheme_package
@@ -74,7 +74,7 @@ def test_every_scheme_scene_and_notebook_has_a_page() -> None:
 @pytest.mark.parametrize("name", [*NAMES, *ss.scenes()])
 def test_the_text_of_a_declaration_declares_it(name: str) -> None:
     """Run in a module that has only what the declaring module imports, it gives an equal declaration."""
-    scenes_known = SCENE_BY_NAME | WITH_LAWS
+    scenes_known = {scene.name: scene for scene in scene_package.ALL}
     known, package, digest = (
         (BY_NAME, scheme_package, scheme_digest) if name in NAMES else (scenes_known, scene_package, scene_digest)
     )

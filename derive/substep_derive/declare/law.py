@@ -85,8 +85,8 @@ class Law:
 
     def __post_init__(self) -> None:
         for name in ("force", "stored", "dissipated"):
-            object.__setattr__(self, name, _unevaluated(sympify(getattr(self, name))))
-        object.__setattr__(self, "update", {s: _unevaluated(sympify(x)) for s, x in self.update.items()})
+            object.__setattr__(self, name, unevaluated(sympify(getattr(self, name))))
+        object.__setattr__(self, "update", {s: unevaluated(sympify(x)) for s, x in self.update.items()})
         values = {p.symbol for p in self.parameters}
         memory = set(self.memory)
         check_law(self.name, [p.symbol for p in self.parameters], [*memory, *map(before, memory)])
@@ -174,11 +174,11 @@ class Element:
         return Element(self.law, self.elongation.subs(names, simultaneous=True), changed)
 
 
-def _unevaluated(expression: Expr) -> Expr:
+def unevaluated(expression: Expr) -> Expr:
     """The expression with `larger` and `smaller` in place of Max and Min."""
     if not expression.has(Max, Min):
         return expression
-    args = [_unevaluated(x) for x in expression.args]
+    args = [unevaluated(x) for x in expression.args]
     if isinstance(expression, Max | Min):
         return reduce(larger if isinstance(expression, Max) else smaller, ordered(args))
     return expression.func(*args)

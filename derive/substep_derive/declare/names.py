@@ -19,8 +19,9 @@ from .symbols import knot, knot_of, lattice
 # for (*1, *2, ...), predictors (*star), mixed displacements (*mix0), what is reported (*reported), estimated errors
 # (*error), the arguments of a function (*now), and what an estimate needs besides a step: accelerations at its ends
 # from the equation of motion (*start, *end), the end after two half steps (*halved), the step before (*before0, ...);
-# and the displacement at the start of the first run, where a tangent is taken (*began).
-_OWN_LABELS = re.compile(r"s\d+|star\d*|mix\d+|reported|error|now|start|end|halved|before\d+|began")
+# the displacement at the start of the first run, where a tangent is taken (*began); and where a balance takes an
+# equation of motion whose mass moves (*at).
+_OWN_LABELS = re.compile(r"s\d+|star\d*|mix\d+|reported|error|now|start|end|halved|before\d+|began|at")
 _NUMBERS = re.compile(r"m?\d+(o\d+)?")  # names of labels that are numbers
 
 # names of the derivation's symbols, which a scheme's parameter would be taken for

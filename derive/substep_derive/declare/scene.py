@@ -8,13 +8,14 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-from sympy import Expr, Interval, Matrix, S, Symbol, oo, sympify
+from sympy import Expr, Interval, S, Symbol, oo, sympify
 
-from .errors import DeclarationError
 from .law import Element
-from .names import check_scene, printed
+from .names import printed
 from .parameter import Parameter
-from .symbols import acceleration, rate, sampled, t
+from .potentials import by_branch
+from .scene_checks import check
+from .symbols import acceleration, rate
 
 POSITIVE, REAL = Interval.open(0, oo), Interval(-oo, oo)
 
@@ -31,14 +32,17 @@ def optional(symbol: Symbol, default: Any, domain: Interval = POSITIVE) -> Param
 
 @dataclass(frozen=True)
 class Scene:
-    """A benchmark problem of one or more coordinates, from its energies.
+    """A benchmark problem of one or more coordinates, from its energies: Lagrange's equations follow.
 
-    coordinates: symbol -> unit. kinetic: in rate(coordinate), quadratic, with a constant mass.
-    potential: in coordinates, invariants, parameters and the time t (a prescribed motion enters here).
+    coordinates: symbol -> unit. kinetic: of second degree in rate(coordinate), with coefficients in coordinates,
+    parameters and the time t.
+    potential: in coordinates, invariants, parameters and t (a prescribed motion enters here).
     invariants: symbol -> expression at most quadratic in the coordinates, such as |u|^2; energy-momentum
     schemes form the discrete gradient in them, or in the coordinates where none are declared.
-    dissipation: Rayleigh's function, half the power lost, quadratic in the rates. load: coordinate ->
-    force as a function of t, or of `sampled`, which stands for a load that the user gives.
+    dissipation: a convex function of the rates, and of coordinates, whose derivatives by the rates are the forces
+    lost to; of a linear damper, half the power lost. forces: coordinate -> a force on it that none of these gives, in
+    coordinates, rates, parameters and t. load: coordinate -> force as a function of t, or of `sampled`, which stands
+    for a load that the user gives.
     start: coordinate and rate -> value at t = 0; acceleration(coordinate) -> value where it is given
     rather than consistent with the equation of motion. length: the length to which Newton's tolerance is
     relative. laws: name -> a force with memory over an elongation. constraints: name -> an expression in coordinates,
@@ -56,6 +60,7 @@ class Scene:
     length: Any
     invariants: Mapping[Symbol, Expr] = field(default_factory=dict[Symbol, Expr])
     dissipation: Expr = S.Zero
+    forces: Mapping[Symbol, Expr] = field(default_factory=dict[Symbol, Expr])
     load: Mapping[Symbol, Expr] = field(default_factory=dict[Symbol, Expr])
     laws: Mapping[str, Element] = field(default_factory=dict[str, Element])
     constraints: Mapping[str, Expr] = field(default_factory=dict[str, Expr])
@@ -64,59 +69,13 @@ class Scene:
     reference: str = ""
 
     def __post_init__(self) -> None:
-        q, v = tuple(self.coordinates), self.rates
-        derived = (
-            *v,
-            *self.accelerations,
-            *self.invariants,
-            *(s for names in self.memory_of.values() for s in names.values()),
-            *self.multipliers,
-        )
-        check_scene(self.name, [p.symbol for p in self.parameters], q, derived, self.outputs)
-        values = {p.symbol for p in self.parameters}
-        self._known("kinetic energy", self.kinetic, values | set(v))
-        self._known("potential", self.potential, values | set(q) | set(self.invariants) | {t})
-        self._known("dissipation", self.dissipation, values | set(v))
-        for name, element in self.laws.items():
-            self._known(f"elongation of {name}", element.elongation, values | set(q))
-            for what, value in element.values.items():
-                self._known(f"{what} of {name}", value, values)
-        for name, g in self.constraints.items():
-            self._known(f"constraint {name}", g, values | set(q) | set(self.invariants) | {t})
-            if not g.subs(self.invariants).free_symbols & set(q):
-                raise DeclarationError(
-                    f"{self.name}: expected constraint {name} to depend on coordinates, got {g}; write what is to be 0"
-                )
-        for symbol, force in self.load.items():
-            self._known(f"load on {symbol}", force, values | {t, sampled})
-        for symbol, e in (*self.start.items(), ("length", self.length)):
-            self._known(f"start of {symbol}" if symbol != "length" else "length", sympify(e), values)
-        for name, energy in (("kinetic energy", self.kinetic), ("dissipation", self.dissipation)):
-            hessian = Matrix([energy]).jacobian(v).jacobian(v)
-            half = (Matrix([v]) * hessian * Matrix(v))[0] / 2
-            if hessian.free_symbols & set(v) or (energy - half).expand() != 0:
-                raise DeclarationError(
-                    f"{self.name}: expected a {name} quadratic in {', '.join(map(str, v))} with constant "
-                    f"coefficients, got {energy}; choose coordinates in which it is"
-                )
-        for symbol, e in self.invariants.items():
-            third = [e.diff(a, b, c) for a in q for b in q for c in q]
-            if any(d != 0 for d in third):
-                raise DeclarationError(
-                    f"{self.name}: expected invariant {symbol} at most quadratic in the coordinates, got {e}"
-                )
-        if missing := [s for s in (*q, *v) if s not in self.start]:
-            raise DeclarationError(f"{self.name}: start says nothing of {missing[0]}; give start={{{missing[0]}: ...}}")
+        for name in ("kinetic", "potential", "dissipation"):
+            object.__setattr__(self, name, by_branch(sympify(getattr(self, name))))
+        object.__setattr__(self, "forces", {q: by_branch(sympify(e)) for q, e in self.forces.items()})
+        check(self)
 
     def __hash__(self) -> int:
         return hash((self.name, self.kinetic, self.potential, self.parameters))
-
-    def _known(self, what: str, expression: Expr, allowed: set[Symbol]) -> None:
-        if unknown := sorted(expression.free_symbols - allowed, key=str):
-            raise DeclarationError(
-                f"{self.name}: the {what} holds '{unknown[0]}', expected only "
-                f"{', '.join(sorted(map(str, allowed)))}; declare it or correct the name"
-            )
 
     @cached_property
     def in_kernels(self) -> "Scene":
@@ -138,6 +97,7 @@ class Scene:
             length=renamed(self.length),
             invariants=all_renamed(self.invariants),
             dissipation=renamed(self.dissipation),
+            forces=all_renamed(self.forces),
             load=all_renamed(self.load),
             laws={name: element.renamed(names) for name, element in self.laws.items()},
             constraints=all_renamed(self.constraints),

@@ -381,11 +381,12 @@ class _Writer:
         """Lines for a jump of the load at the end of a step: the acceleration jumps with it, by M^-1 of it."""
         if not self.body.loads:
             return ""
-        slope = self.p.acceleration.diff(Symbol("load"))
+        of_load = self.p.acceleration.diff(Symbol("load"))
+        slope = [(e, text) for e, text in zip(of_load, self._at(of_load, *self.old[:2]), strict=True)]
         carried = [s for s in (knot(0).a, START.a) if s in self.body.scheme.state or s in self.p.kept]
         rows = list[str]()
         for names in (*map(self.body.components, carried), self.old[2]):
-            rows += [f"{name} += {self.w.doprint(e)} * jump" for name, e in zip(names, slope, strict=True) if e != 0]
+            rows += [f"{name} += {text} * jump" for name, (e, text) in zip(names, slope, strict=True) if e != 0]
         return fill(JUMP, jumps=placed(rows, 4))
 
     def _restart(self) -> str:

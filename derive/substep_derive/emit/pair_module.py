@@ -24,6 +24,11 @@ from .templates.widest import WIDEST, WIDEST_IMPORTS
 
 # the layouts in which each pair marches; of the first are the operations that it states
 LAYOUTS: tuple[Layout, ...] = (ONE_LANE, BLOCK_OF_LANES)
+OF_MOTION = """
+
+On this scene M*a + C*v + N(u) - f stands for M times a minus the acceleration that the equation of motion gives for the
+displacement and the velocity of a knot, so that a balance mixes accelerations.
+"""
 
 
 def pair_module(
@@ -40,7 +45,7 @@ def pair_module(
         imports=WIDEST_IMPORTS,
         scheme=body.scheme.name,
         scene=body.motion.scene.name,
-        residuals=docstring(residuals(systems)),
+        residuals=docstring(residuals(systems) + (OF_MOTION.rstrip() if body.motion.general else "")),
         arguments=literal_tuple(f'"{name}"' for name in arguments),
         scalars=literal_tuple(f'"{name}"' for name in body.scalars),
         start_arguments=literal_tuple(f'"{name}"' for name in start_names),

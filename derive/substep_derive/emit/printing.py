@@ -74,6 +74,11 @@ class KernelPrinter(FractionPrinter):
     def _print_sign(self, expr: Any) -> str:
         return f"np.sign({self._print(expr.args[0])})"
 
+    _print_sign_of = _print_sign
+
+    def _print_absolute(self, expr: Any) -> str:
+        return f"abs({self._print(expr.args[0])})"
+
     def _print_NaN(self, expr: Any) -> str:
         return "np.nan"
 

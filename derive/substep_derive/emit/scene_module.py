@@ -149,20 +149,23 @@ def scene_entry(motion: EquationsOfMotion) -> str:
         "parameters": literal_tuple(_parameter(p) for p in scene.parameters),
         "start": function(f"({', '.join(start)})"),
         "length": function(number(sympify(inside.length))),
-        "energy_scale": "None" if scene.energy_scale is None else function(number(inside.energy_scale)),
-        "outputs": literal_tuple(f'"{name}"' for name in motion.outputs),
-        "angular_momentum": repr(motion.angular_momentum is not None),
-        "sampled": repr(motion.is_sampled),
-        "damped": repr(not (motion.damping.is_zero_matrix and motion.rate_force.is_zero_matrix)),
-        "oscillator": "None" if oscillator is None else function(literal_tuple(number(e) for e in oscillator)),
-        "reference": repr(scene.reference),
     }
+    some = {
+        "energy_scale": None if inside.energy_scale is None else function(number(inside.energy_scale)),
+        "outputs": literal_tuple(f'"{name}"' for name in motion.outputs) if motion.outputs else None,
+        "angular_momentum": None if motion.angular_momentum is None else "True",
+        "sampled": "True" if motion.is_sampled else None,
+        "damped": "True" if motion.of_rates or not motion.damping.is_zero_matrix else None,
+        "conserves": "True" if motion.of_rates and motion.conserves else None,
+        "oscillator": None if oscillator is None else function(literal_tuple(number(e) for e in oscillator)),
+    }
+    entry |= {key: text for key, text in some.items() if text is not None} | {"reference": repr(scene.reference)}
     if motion.memory:
         entry["memory"] = literal_tuple(f'"{s}"' for s in motion.memory)
         entry["unstrained"] = function(literal_tuple(number(e) for e in motion.in_kernels.memory.values()))
     if scene.constraints:
         entry["multipliers"] = literal_tuple(f'"{name}"' for name in scene.constraints)
-    return "{\n" + "".join(f'        "{key}": {value},\n' for key, value in entry.items()) + "    }"
+    return "{" + ",\n        ".join(f'"{key}": {value}' for key, value in entry.items()) + "}"
 
 
 def _parameter(p: Parameter) -> str:

@@ -186,7 +186,7 @@ def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
             slope = slope + displacement.diff(s) * c_u * w.motion.tangent([Integer(0)] * w.size)
         residual = w.hoisted(still + by_rate + w.vector(force))
         return BalanceStep(k, z, before, [], residual, slope, w.inverse(slope), None, Integer(0), after, free)
-    w.unknown = Matrix([Symbol(f"multiplier{k + 1}_{s}") for s in w.motion.scene.multipliers])
+    w.unknown = multipliers_of(w, k)
     mixed, forces, known, by_z = _moving_force(w, stage, reach)
     per_mass, of_rate = _per_mass(w.motion), not rate_slope.is_zero_matrix
     slope, plain, forces, by_z, still = (
@@ -211,11 +211,10 @@ def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
         one_over = w.reciprocal(solved(next(iter(reach)))[0].diff(z[0]), c_u)
         first = (w.components(last) - w.components(predicted(0))) * one_over
     if w.motion.scene.constraints:
-        residual, jacobian = _constrained(w, reach, w.hoisted(residual), w.hoisted(slope + by_z), forces)
-        start, unknown = Matrix([*first, *w.reactions[last]]), Matrix([*z, *w.unknown])
-        w.reactions[next(iter(reach))] = w.unknown
+        residual, jacobian = constrained(w, reach, w.hoisted(residual), w.hoisted(slope + by_z), forces)
+        unknown, first = with_multipliers(w, reach, last, z, first)
         return BalanceStep(
-            k, unknown, before, reached + mixed, residual, jacobian, Matrix(), start, c_u, after, slope,
+            k, unknown, before, reached + mixed, residual, jacobian, Matrix(), first, c_u, after, slope,
             multipliers=len(w.unknown),
         )  # fmt: skip
     bends = bool(w.motion.scene.laws) and w.size == 1
@@ -225,7 +224,23 @@ def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
     )  # fmt: skip
 
 
-def _constrained(
+def multipliers_of(w: Writer, k: int) -> Matrix:
+    """Names of the multipliers of constraints that the k-th balance is solved for."""
+    return Matrix([Symbol(f"multiplier{k + 1}_{s}") for s in w.motion.scene.multipliers])
+
+
+def with_multipliers(
+    w: Writer, reach: dict[Symbol, Expr], last: Symbol, z: Matrix, first: Matrix
+) -> tuple[Matrix, Matrix]:
+    """The unknowns of a balance, z and its multipliers, and where they start: the multipliers at those before."""
+    if not w.unknown:
+        return z, first
+    start = Matrix([*first, *w.reactions[last]])
+    w.reactions[next(iter(reach))] = w.unknown
+    return Matrix([*z, *w.unknown]), start
+
+
+def constrained(
     w: Writer, reach: dict[Symbol, Expr], residual: Matrix, jacobian: Matrix, forces: Matrix
 ) -> tuple[Matrix, Matrix]:
     """The residual with the constraints at the displacement that moves, and its derivative by z and multipliers.

@@ -19,6 +19,7 @@ from ..motion.equations import EquationsOfMotion
 from ..step.step import Stage, Step, instants
 from ..step.times import passed, sub_step_ends
 from .balance_step import BalanceStep, Part, Phase, balance_step, written
+from .general_step import general_step, refuse
 from .near_series import NearSeries
 
 
@@ -77,12 +78,19 @@ class Body:
         Raises DeclarationError for coefficients that are no matrices of the scene, or a scene with damping that the
         scheme does not take.
         """
-        damped = not (motion.damping.is_zero_matrix and motion.rate_force.is_zero_matrix)
+        damped = motion.of_rates or not motion.damping.is_zero_matrix
         if damped and not scheme.takes_damping:
-            raise DeclarationError(
-                f"{scheme.name} is a scheme for u'' = g(t, u): expected a scene without damping, got "
-                f"{motion.scene.name}; take another scheme, or declare the scene without dissipation"
+            others, cure = (
+                (" or other forces of rates", "")
+                if motion.general
+                else ("", ", or declare the scene without dissipation")
             )
+            raise DeclarationError(
+                f"{scheme.name} is a scheme for u'' = g(t, u): expected a scene without damping{others}, got "
+                f"{motion.scene.name}; take another scheme{cure}"
+            )
+        if motion.general:
+            refuse(scheme, motion)
         near = scheme.in_doubles
         lowered, exact = Step.of(near), Step.of(scheme)
         prior, found, outputs = lowered.prior, lowered.stages, lowered.outputs
@@ -90,7 +98,7 @@ class Body:
         w = Writer(near, motion, stencil, now=now, began=BEGAN if now is None else knot(0).u)
         w.fixed.update(weights)
         ends = sub_step_ends(exact) if motion.scene.laws else ()  # which refuses a discrete gradient of any law
-        if motion.memory or motion.scene.constraints:
+        if motion.memory or motion.general or motion.scene.constraints:
             w.instants |= passed(lowered)
         if motion.memory:
             w.committed[knot(0).u] = Integer(0)
@@ -102,7 +110,8 @@ class Body:
         known = written(w, {s: e for s, e in prior.items() if s in wanted})
         last, steps = knot(0).u, list[BalanceStep]()
         for stage in found:
-            step = balance_step(w, len(steps), stage, last, wanted)
+            make = general_step if motion.general else balance_step
+            step = make(w, len(steps), stage, last, wanted)
             moves = {s for a in stage.balance.force.atoms(N) for s in a.free_symbols}
             for end in (x for x in ends if motion.memory and x.u in moves and x.u not in w.committed):
                 at = w.instants[end.u]
@@ -112,12 +121,7 @@ class Body:
             last = next(iter(stage.moved), last)
         oldest_first = sorted(near.state, key=steps_back, reverse=True)
         shift = [both for s in oldest_first for both in assign(w.components(s), w.components(successor(s)))]
-        report, assigned = list[Matrix](), Assignments()
-        for e, kind in zip(outputs, "uva", strict=False):
-            vector = w.hoisted(w.vector(e))
-            names = vector if e.is_Symbol else w.components(Symbol(f"{kind}_*reported"))
-            assigned += [] if e.is_Symbol else assign(names, vector)
-            report.append(names)
+        report, assigned = _reported(w, outputs)
         last_commit = w.commit(report[0], Integer(1))
         remembered = w.memory(len(w.committed) - 1)
         memory: Assignments = list(zip(w.memory(0).values(), remembered.values(), strict=True))
@@ -268,6 +272,17 @@ class Body:
         """Name of every component of vectors that are rows from the first on, and its row and column."""
         rows = enumerate(vectors, start=first)
         return [(name, f"{j}, {i}") for j, s in rows for i, name in enumerate(self.components(s))]
+
+
+def _reported(w: Writer, outputs: Iterable[Expr]) -> tuple[list[Matrix], Assignments]:
+    """Components of what a step reports, and the assignments that compute them."""
+    report, assigned = list[Matrix](), Assignments()
+    for e, kind in zip(outputs, "uva", strict=False):
+        vector = w.hoisted(w.vector(e))
+        names = vector if e.is_Symbol else w.components(Symbol(f"{kind}_*reported"))
+        assigned += [] if e.is_Symbol else assign(names, vector)
+        report.append(names)
+    return report, assigned
 
 
 def _start(scheme: Scheme, motion: EquationsOfMotion) -> Start:

@@ -1,5 +1,6 @@
 """Vectors of a scheme's knots on a scene, written out in components."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from sympy import (
@@ -33,6 +34,19 @@ BEGAN = Symbol("u_*began")  # the displacement at the start of the first run, wh
 TANGENT = Symbol("K_t")  # stands for the tangent stiffness that a scheme's start reads
 
 Assignments = list[tuple[Symbol, Expr]]
+
+
+def drawn_out(e: Expr, held: Callable[[Expr], bool], name: Callable[[Expr], Expr]) -> Expr:
+    """The expression with every part that is held replaced by what `name` makes of it, also in sums and products."""
+    if held(e):
+        return name(e)
+    if isinstance(e, Mul | Add):
+        fixed = [a for a in e.args if held(a)]
+        moving = [drawn_out(a, held, name) for a in e.args if not held(a)]
+        return e.func(name(e.func(*fixed)) if fixed else e.func(), *moving)
+    if isinstance(e, larger | smaller):
+        return e.func(*(drawn_out(a, held, name) for a in e.args))
+    return e.func(*(a if held(a) else drawn_out(a, held, name) for a in e.args)) if e.args else e
 
 
 def assign(names: Matrix, values: Matrix) -> Assignments:
@@ -81,6 +95,19 @@ class Writer:
     def when(self, argument: Expr) -> Expr:
         """The time of a displacement, or of a mixture of some."""
         return self.instant(argument.subs({**self.instants, h: 1}))
+
+    def reaction(self, force: Expr, u: Sequence[Expr], at: Expr | None = None) -> Matrix:
+        """The reaction beside an internal force, at u and a time, from the multipliers there; 0 without constraints."""
+        if not self.motion.scene.constraints:
+            return zeros(self.size, 1)
+        where = self.when(force.args[0]) if at is None else at
+        return self.motion.directions_at(u, where).T * self.reactions.get(force.args[0], self.unknown)
+
+    def discrete_reaction(self, old: Sequence[Symbol], new: Sequence[Symbol]) -> Matrix:
+        """The reaction beside a discrete gradient between two displacements; 0 without constraints."""
+        if not self.motion.scene.constraints:
+            return zeros(self.size, 1)
+        return self.motion.discrete_directions(old, new).T * self.unknown
 
     @property
     def size(self) -> int:
@@ -149,16 +176,7 @@ class Writer:
 
     def hoist(self, e: Expr) -> Expr:
         """The expression with every part that does not change in a run replaced by a constant."""
-        e = sympify(e)
-        if e.free_symbols <= self.fixed:
-            return self.constant(e)
-        if isinstance(e, Mul | Add):
-            fixed = [a for a in e.args if a.free_symbols <= self.fixed]
-            moving = [self.hoist(a) for a in e.args if not a.free_symbols <= self.fixed]
-            return e.func(self.constant(e.func(*fixed)) if fixed else e.func(), *moving)
-        if isinstance(e, larger | smaller):
-            return e.func(*map(self.hoist, e.args))
-        return e.func(*(self.hoist(a) if a.free_symbols - self.fixed else a for a in e.args)) if e.args else e
+        return drawn_out(sympify(e), lambda part: part.free_symbols <= self.fixed, self.constant)
 
     def hoisted(self, vector: Matrix) -> Matrix:
         """The vector with `hoist` applied to each entry."""
@@ -219,17 +237,11 @@ class Writer:
     def _value(self, atom: Expr) -> Matrix:
         if isinstance(atom, N):
             at = list(self.vector(atom.args[0]))
-            force = self.motion.force(at)
-            if self.motion.scene.constraints:
-                multipliers = self.reactions.get(atom.args[0], self.unknown)
-                force += self.motion.directions_at(at, self.when(atom.args[0])).T * multipliers
+            force = self.motion.force(at) + self.reaction(atom, at)
             return force.subs(self.remembered(atom.args[0]), simultaneous=True)
         if isinstance(atom, N_discrete):
             old, new = (list(self.vector(argument)) for argument in atom.args)
-            gradient = self.motion.discrete_gradient(old, new)
-            if self.motion.scene.constraints:
-                gradient += self.motion.discrete_directions(old, new).T * self.unknown
-            return gradient
+            return self.motion.discrete_gradient(old, new) + self.discrete_reaction(old, new)
         if isinstance(atom, f):
             given = Symbol(f"f_{self.stencil.index(atom.args[0])}")
             return self.motion.load.subs({sampled: given, t: self.instant(atom.args[0])})

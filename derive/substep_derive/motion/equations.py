@@ -1,10 +1,27 @@
-"""Scene -> EquationsOfMotion: equations of motion, tangent, invariants and discrete gradient, from the energies."""
+"""Scene -> EquationsOfMotion: Lagrange's equations, tangent, invariants and discrete gradient, from the energies."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from sympy import Dummy, Expr, Integer, Matrix, Symbol, cancel, diag, factor, powdenest, simplify, sqrt, sympify, zeros
+from sympy import (
+    Add,
+    Dummy,
+    Expr,
+    Integer,
+    Matrix,
+    Symbol,
+    cancel,
+    diag,
+    factor,
+    factor_terms,
+    powdenest,
+    simplify,
+    sqrt,
+    sympify,
+    trigsimp,
+    zeros,
+)
 
 from ..declare.errors import DeclarationError
 from ..declare.law import Element, e_dot, elapsed, slope
@@ -19,6 +36,9 @@ DISSIPATED = Symbol("dissipated")  # the energy that the laws of a scene have di
 @dataclass(frozen=True)
 class EquationsOfMotion:
     """mass a + damping v + force(u) + rate_force(u, v) = load(t), derived from one scene.
+
+    Where it is `general`, mass may depend on u and t, force and rate_force on t, and there is no constant damping if
+    forces depend on the rates in any other way.
 
     Where the scene has laws with memory, the force is that at u from the memory last committed, whose symbols are those
     of `memory`; `commit` is what the memory becomes when it is committed at u.
@@ -37,40 +57,111 @@ class EquationsOfMotion:
         return tuple(self.scene.coordinates)
 
     @cached_property
-    def mass(self) -> Matrix:
-        """Mass matrix (d, d), constant."""
-        return self._hessian(self.scene.kinetic)
+    def kinetic(self) -> Expr:
+        """The declared kinetic energy, its squares of sines and cosines joined where that makes the mass constant."""
+        T = self.scene.kinetic
+        return trigsimp(T.expand()) if self._hessian(T).free_symbols & set(self.coordinates) else T
 
     @cached_property
-    def damping(self) -> Matrix:
-        """Damping matrix (d, d), constant."""
-        return self._hessian(self.scene.dissipation)
+    def mass(self) -> Matrix:
+        """Mass matrix (d, d)."""
+        return self._hessian(self.kinetic)
+
+    @cached_property
+    def mass_moves(self) -> bool:
+        """Whether the mass matrix depends on coordinates or time."""
+        return bool(self.mass.free_symbols & {*self.coordinates, t})
+
+    @cached_property
+    def general(self) -> bool:
+        """Whether more than a constant mass, a constant damping, a force of the coordinates and a load of t is needed.
+
+        Forces of laws that depend on rates alone apart, which are taken at the velocity that the damping is taken at.
+        """
+        moving = self.rate_force.free_symbols & set(self.coordinates) or not self._of_rates.is_zero_matrix
+        return self.mass_moves or bool(moving) or self._force.has(t)
+
+    @cached_property
+    def of_rates(self) -> bool:
+        """Whether any force but that of a constant damping depends on the rates of the coordinates."""
+        return not self.rate_force.is_zero_matrix
 
     def _hessian(self, energy: Expr) -> Matrix:
         return Matrix([energy]).jacobian(self.scene.rates).jacobian(self.scene.rates)
 
     @cached_property
+    def _split(self) -> tuple[Expr, Expr]:
+        """The parts of the kinetic energy that are linear in the rates, and without them."""
+        T, v = self.kinetic, self.scene.rates
+        at_rest = dict.fromkeys(v, Integer(0))
+        linear = sum((T.diff(r).subs(at_rest) * r for r in v), Integer(0))
+        return linear, T.subs(at_rest)
+
+    @cached_property
+    def _others(self) -> list[list[Expr]]:
+        """For each coordinate the terms of all forces but those of the potential and of laws, on the left-hand side.
+
+        That is d/dt of the momentum without mass * acceleration, minus the slope of the kinetic energy, that part of it
+        aside which has no rates and acts as a potential; the slope of the dissipation; and minus the declared forces.
+        """
+        T = self.kinetic - self._split[1]
+        found = list[list[Expr]]()
+        for q, v in zip(self.coordinates, self.scene.rates, strict=True):
+            momentum = T.diff(v)
+            change = sum((momentum.diff(p) * r for p, r in zip(self.coordinates, self.scene.rates, strict=True)), 0 * v)
+            inertial = factor_terms((change + momentum.diff(t) - T.diff(q)).expand())
+            given = inertial, slope(self.scene.dissipation, v), -self.scene.forces.get(q, Integer(0))
+            found.append([term for e in given for term in Add.make_args(e)])
+        return found
+
+    def _of_terms(self, rates: bool, coordinates: bool) -> Matrix:
+        """The sum of those terms that hold rates or, of the others, those that hold coordinates, or of the rest."""
+        q, v = set(self.coordinates), set(self.scene.rates)
+        rows = [
+            [x for x in row if bool(x.free_symbols & v) == rates and (rates or bool(x.free_symbols & q) == coordinates)]
+            for row in self._others
+        ]
+        return Matrix([sum(row, Integer(0)) for row in rows])
+
+    @cached_property
+    def damping(self) -> Matrix:
+        """Damping matrix (d, d), constant; zeros where forces depend on the rates in any other way."""
+        v, others = self.scene.rates, self._of_terms(True, False)
+        found = Matrix([[slope(e, r) for r in v] for e in others])
+        if found.free_symbols & {*self.coordinates, *v, t}:
+            return zeros(len(v))
+        return found
+
+    @cached_property
+    def _of_rates(self) -> Matrix:
+        """The forces that depend on the rates, laws aside, where no constant damping gives them."""
+        found = self._of_terms(True, False)
+        return zeros(*found.shape) if not self.damping.is_zero_matrix else found
+
+    @cached_property
     def invariants(self) -> dict[Symbol, Expr]:
         """The declared invariants, and those coordinates on which the potential depends directly."""
-        potential = tidy(self.scene.potential)
-        own = {q: q for q in self.coordinates if potential.has(q)}
+        own = {q: q for q in self.coordinates if self._whole_potential.has(q)}
         return {**self.scene.invariants, **own}
 
     @cached_property
-    def potential(self) -> Expr:
-        """The potential without its part that depends on time, which is a load; in the invariants.
+    def _whole_potential(self) -> Expr:
+        """The potential, and minus the kinetic energy without rates, in the invariants."""
+        return tidy(self.scene.potential) - self._split[1]
 
-        Raises DeclarationError if that part is not linear in the coordinates: the tangent stiffness would
-        depend on time.
-        """
-        V = tidy(self.scene.potential)
+    @cached_property
+    def _driven(self) -> Expr:
+        """The potential's part that depends on time where that is linear in the invariants, and so a load; else 0."""
+        V = self._whole_potential
         driven = (V - V.subs(t, 0)).expand() if V.has(t) else Integer(0)
-        if any(driven.diff(q, p).expand() != 0 for q in self.invariants for p in self.invariants):
-            raise DeclarationError(
-                f"{self.scene.name}: expected time in the potential only in terms linear in the coordinates, "
-                f"got {driven}; the tangent must not depend on time"
-            )
-        return V.subs(t, 0) if V.has(t) else V
+        own = [*self.scene.invariants, *(q for q in self.coordinates if V.has(q))]
+        return Integer(0) if any(driven.diff(q, p).expand() != 0 for q in own for p in own) else driven
+
+    @cached_property
+    def potential(self) -> Expr:
+        """The potential in the invariants, without its part that is a load because it is linear in them."""
+        V = self._whole_potential
+        return V.subs(t, 0) if self._driven != 0 else V
 
     @cached_property
     def memory(self) -> dict[Symbol, Expr]:
@@ -118,12 +209,17 @@ class EquationsOfMotion:
 
     @cached_property
     def rate_force(self) -> Matrix:
-        """The force of laws that depend on the rates of the coordinates."""
-        return self._of_laws(of_rate=True)
+        """The force that depends on the rates of the coordinates, and of no constant damping: of laws, and others."""
+        return self._of_laws(of_rate=True) + self._of_rates
 
     @cached_property
     def _force(self) -> Matrix:
-        """Internal force by the chain rule through the invariants, which keeps it short."""
+        """Internal force: that of the potential, other forces of the coordinates, and laws, but none of rates."""
+        return self._of_potential + self._of_terms(False, True) + self._of_laws(of_rate=False)
+
+    @cached_property
+    def _of_potential(self) -> Matrix:
+        """By the chain rule through the invariants, which keeps it short."""
         gradient = [self.potential.diff(q) for q in self.invariants]
         slopes = [contact(factor(g)) for g in gradient]
         return Matrix(
@@ -137,15 +233,31 @@ class EquationsOfMotion:
                 )
                 for x in self.coordinates
             ]
-        ) + self._of_laws(of_rate=False)
+        )
 
     def force(self, u: Sequence[Expr]) -> Matrix:
         """Internal force N at the displacement u."""
         return self._force.subs(dict(zip(self.coordinates, u, strict=True)), simultaneous=True)
 
+    def equation(self, u: Sequence[Expr], v: Sequence[Expr], at: Expr) -> tuple[Matrix, Matrix]:
+        """Mass and all forces but the load at u, v and a time, of laws from the memory last committed."""
+        given = dict(zip((*self.coordinates, *self.scene.rates, t), (*u, *v, at), strict=True))
+        whole = self._force + self.damping * Matrix(self.scene.rates) + self.rate_force
+        return self.mass.subs(given, simultaneous=True), whole.subs(given, simultaneous=True)
+
+    def discrete_equation(
+        self, old: Sequence[Expr], new: Sequence[Expr], v: Sequence[Expr], at: Expr
+    ) -> tuple[Matrix, Matrix]:
+        """As `equation`, with the discrete gradient of the potential between two displacements, and else their mean."""
+        middle = [(a + b) / 2 for a, b in zip(old, new, strict=True)]
+        given = dict(zip((*self.coordinates, *self.scene.rates, t), (*middle, *v, at), strict=True))
+        others = (self.damping * Matrix(self.scene.rates) + self.rate_force).subs(given, simultaneous=True)
+        return self.mass, self.discrete_gradient(old, new).subs(t, at) + others
+
     @cached_property
     def _tangent(self) -> Matrix:
-        return (self._force - self._of_laws(of_rate=False)).jacobian(self.coordinates) + self._tangent_of_laws
+        of_forces = Matrix([[slope(e, q) for q in self.coordinates] for e in self._of_terms(False, True)])
+        return self._of_potential.jacobian(self.coordinates) + of_forces + self._tangent_of_laws
 
     @cached_property
     def _tangent_of_laws(self) -> Matrix:
@@ -222,10 +334,9 @@ class EquationsOfMotion:
 
     @property
     def linear(self) -> bool:
-        """Whether the force is linear in the coordinates, without memory, and in the rates."""
-        return not (self.scene.laws or self.scene.constraints) and not self._tangent.free_symbols & set(
-            self.coordinates
-        )
+        """Whether the force is linear in coordinates and rates, without memory, and the mass constant."""
+        bends = self.scene.laws or self.scene.constraints or self.general
+        return not (bends or self._tangent.free_symbols & set(self.coordinates))
 
     @cached_property
     def oscillator(self) -> tuple[Expr, Expr, Expr] | None:
@@ -238,18 +349,20 @@ class EquationsOfMotion:
 
     @cached_property
     def load(self) -> Matrix:
-        """The load as a function of t and of `sampled`: the declared one, and that of a prescribed motion."""
-        V = tidy(self.scene.potential)
-        moving = (V - V.subs(t, 0)).subs(self.invariants).expand() if V.has(t) else Integer(0)
-        return Matrix([sympify(self.scene.load.get(q, 0)) - moving.diff(q) for q in self.coordinates])
+        """The load as a function of t and of `sampled`: declared, other forces of t alone, a prescribed motion's."""
+        moving = self._driven.subs(self.invariants).expand()
+        declared = Matrix([sympify(self.scene.load.get(q, 0)) - moving.diff(q) for q in self.coordinates])
+        return declared - self._of_terms(False, False)
 
     @property
     def is_sampled(self) -> bool:
         """Whether the user gives the load as a function of time."""
         return self.load.has(sampled)
 
-    def discrete_gradient(self, u0: Sequence[Symbol], u1: Sequence[Symbol]) -> Matrix:
+    def discrete_gradient(self, u0: Sequence[Expr], u1: Sequence[Expr]) -> Matrix:
         """Simo & Tarnow (1992), Gonzalez (1996): N with N.(u1 - u0) = V(u1) - V(u0), formed in the invariants.
+
+        Forces of coordinates that have no potential are taken at the midpoint.
 
         An invariant is at most quadratic, so its own discrete gradient is the gradient at the midpoint;
         angular momentum is conserved because |u|^2 enters as one invariant.
@@ -258,38 +371,51 @@ class EquationsOfMotion:
         old, new = ({q: e.subs(where, simultaneous=True) for q, e in self.invariants.items()} for where in at)
         slopes = discrete_slopes(self.potential, old, new)
         middle = {q: (a + b) / 2 for q, a, b in zip(self.coordinates, u0, u1, strict=True)}
-        return Matrix(
-            [
-                sum(
-                    (slopes[q] * e.diff(x).subs(middle, simultaneous=True) for q, e in self.invariants.items()),
-                    Integer(0),
-                )
-                for x in self.coordinates
-            ]
-        )
+        gradient = [
+            sum(
+                (slopes[q] * e.diff(x).subs(middle, simultaneous=True) for q, e in self.invariants.items()),
+                Integer(0),
+            )
+            for x in self.coordinates
+        ]
+        return Matrix(gradient) + self._of_terms(False, True).subs(middle, simultaneous=True)
 
     @cached_property
     def energy(self) -> Expr:
-        """Kinetic energy, potential, and what laws have stored; in coordinates, rates, t and the memory committed."""
+        """Kinetic energy, potential, and what laws have stored; in coordinates, rates, t and the memory committed.
+
+        Where neither holds time, that is the invariant of Lagrange's equations, T_2 - T_0 + V with T_k of degree k in
+        the rates, which is T + V unless coordinates are relative to something that is moved.
+        """
+        T, V = self.kinetic, tidy(self.scene.potential)
+        if not (T + V).has(t):
+            T -= self._split[0] + 2 * self._split[1]
         stored = (element.expression(element.law.stored, symbols) for element, symbols in self._laws)
-        return sum(stored, self.scene.kinetic + tidy(self.scene.potential).subs(self.scene.invariants))
+        return sum(stored, T + V.subs(self.scene.invariants))
+
+    @property
+    def conserves(self) -> bool:
+        """Whether the energy is constant on every motion, for forces that depend on rates those of inertia alone."""
+        others = self.scene.dissipation != 0 or self.scene.forces or self.scene.load or self.scene.laws
+        return not others and not (self.kinetic + self.scene.potential).has(t)
 
     @cached_property
     def angular_momentum(self) -> Expr | None:
         """Noether's invariant of a rotation that leaves both energies as they are; None if there is none.
 
-        For two coordinates the rotation of their plane, for a single one that is an angle its shift.
+        For two coordinates the rotation of their plane, for one that is an angle its shift.
         """
         q, v = self.coordinates, self.scene.rates
-        V = tidy(self.scene.potential).subs(self.scene.invariants)
+        V = self._whole_potential.subs(self.scene.invariants)
         momenta = self.mass * Matrix(v)
-        if len(q) == 1:
-            return momenta[0] if self.scene.coordinates[q[0]] == "rad" and not V.has(q[0]) else None
-        if len(q) == 2:
+        if len(q) == 2 and not self.kinetic.free_symbols & set(q):
             torque = q[0] * V.diff(q[1]) - q[1] * V.diff(q[0])
             isotropic = self.mass == diag(self.mass[0, 0], self.mass[0, 0])
             if isotropic and simplify(torque) == 0:
                 return q[0] * momenta[1] - q[1] * momenta[0]
+        for k, angle in enumerate(q):
+            if self.scene.coordinates[angle] == "rad" and not (V.has(angle) or self.kinetic.has(angle)):
+                return momenta[k] + self._split[0].diff(v[k])
         return None
 
     @property
@@ -306,4 +432,13 @@ class EquationsOfMotion:
     def consistent_acceleration(self) -> Matrix:
         """The acceleration that the equation of motion gives for coordinates, rates and t."""
         rest = self.load - self.damping * Matrix(self.scene.rates) - self._force - self.rate_force
-        return (self.mass.inv() * rest).applyfunc(cancel) if self.linear else self.mass.inv() * rest
+        if not self.mass_moves:
+            return (self.mass.inv() * rest).applyfunc(cancel) if self.linear else self.mass.inv() * rest
+        return solved(self.mass, rest)
+
+
+def solved(matrix: Matrix, right: Matrix) -> Matrix:
+    """The solution of a linear system, written out."""
+    if matrix == diag(*matrix.diagonal()):
+        return Matrix([e / m for e, m in zip(right, matrix.diagonal(), strict=True)])
+    return matrix.adjugate() * right / matrix.det()

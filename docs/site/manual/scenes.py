@@ -61,11 +61,13 @@ def _motion(scene: Scene) -> Iterator[str]:
     derived = EquationsOfMotion(scene)
     q = derived.coordinates
     a, v = (Matrix([make(x) for x in q]) for make in (acceleration, rate))
-    yield from ["## What is derived", "", "Equation of motion, M a + C v + N(u) = f:", ""]
+    of_rates = " + F(u, v)" if derived.of_rates else ""
+    yield from ["## What is derived", "", f"Equation of motion, M a + C v + N(u){of_rates} = f:", ""]
     left = f"{_latex(derived.mass)} {_latex(a)}"
     if not derived.damping.is_zero_matrix:
         left += f" + {_latex(derived.damping)} {_latex(v)}"
-    yield from _formula(f"{left} + {_latex(derived.force(q))} = {_latex(derived.load)}")
+    forces = " + ".join(map(_latex, (derived.force(q), *([derived.rate_force] if derived.of_rates else []))))
+    yield from _formula(f"{left} + {forces} = {_latex(derived.load)}")
     yield from ["Tangent stiffness:", "", *_formula(_latex(derived.tangent(q)))]
     yield from ["Energy:", "", *_formula(_latex(derived.energy))]
     if derived.angular_momentum is not None:

@@ -134,14 +134,15 @@ class SchemeInfo:
 class SceneInfo:
     """What there is to know about a scene before its functions are loaded. Equal for the same scene.
 
-    module: the generated module, or the name of a committed one. coordinates: (name, unit) of each. Functions of the
-    parameters: start gives u, v and a at t = 0, None in place of a where it follows from the equation of motion; length
-    is what Newton's tolerance is relative to; energy_scale, J, of a scene that starts without energy; oscillator gives
-    circular frequency, damping ratio and mass of a linear oscillator, and is None for any other scene. outputs: names
-    of further results. angular_momentum: whether it has one. sampled: whether the user gives the load. damped: whether
-    its velocity causes a force. memory: names of what its laws remember; unstrained: a function of the parameters, its
-    values before anything is strained; multipliers: names of those of its constraints, which are the last of memory.
-    declaration: of a scene of the user's own.
+    module: the generated module, or its name, where it is committed or printed on first use. coordinates: (name, unit)
+    of each. Functions of the parameters: start gives u, v and a at t = 0, None in place of a where it follows from the
+    equation of motion; length is what Newton's tolerance is relative to; energy_scale, J, of a scene that starts
+    without energy; oscillator gives circular frequency, damping ratio and mass of a linear oscillator, and is None for
+    any other scene. outputs: names of further results. angular_momentum: whether it has one. sampled: whether the user
+    gives the load. damped: whether its velocity causes a force; conserves: whether that does no work, being one of
+    inertia. memory: names of what its laws remember; unstrained: a function of the parameters, its values before
+    anything is strained; multipliers: names of those of its constraints, which are the last of memory. declaration: of
+    a scene of the user's own.
     """
 
     name: str
@@ -156,6 +157,7 @@ class SceneInfo:
     angular_momentum: bool = field(compare=False)
     sampled: bool = field(compare=False)
     damped: bool = field(compare=False)
+    conserves: bool = field(compare=False)
     memory: tuple[str, ...] = field(compare=False)
     unstrained: Callable[..., tuple[Any, ...]] | None = field(compare=False)
     multipliers: tuple[str, ...] = field(compare=False)
@@ -180,12 +182,13 @@ class SceneInfo:
             coordinates=entry["coordinates"],
             start=entry["start"],
             length=entry["length"],
-            energy_scale=entry["energy_scale"],
-            oscillator=entry["oscillator"],
-            outputs=entry["outputs"],
-            angular_momentum=entry["angular_momentum"],
-            sampled=entry["sampled"],
-            damped=entry["damped"],
+            energy_scale=entry.get("energy_scale"),
+            oscillator=entry.get("oscillator"),
+            outputs=entry.get("outputs", ()),
+            angular_momentum=entry.get("angular_momentum", False),
+            sampled=entry.get("sampled", False),
+            damped=entry.get("damped", False),
+            conserves=entry.get("conserves", False),
             memory=(*entry.get("memory", ()), *entry.get("multipliers", ())),
             unstrained=entry.get("unstrained"),
             multipliers=entry.get("multipliers", ()),

@@ -16,7 +16,7 @@ from .arrays import Array, Values, by_value
 from .entries import SceneInfo
 from .equilibrium import equilibrium
 from .errors import called_as, real_array, real_number, unknown_name
-from .kernel_modules import loaded
+from .kernel_modules import committed, loaded
 from .laws import LAWS, tried
 from .loads import Load, LoadLanes, values_at
 from .state import State
@@ -67,7 +67,7 @@ class Scene:
     @property
     def module(self) -> ModuleType:
         """Generated functions of the scene: energy, acceleration, invariants."""
-        return loaded(self.info.module)
+        return _functions(self.info.name) if isinstance(self.info.module, str) else self.info.module
 
     @property
     def length(self) -> float:
@@ -372,6 +372,17 @@ def _with_law(law: str | LawDeclaration) -> SceneInfo:
 
 
 @cache
+def _functions(name: str) -> ModuleType:
+    """The module of a scene of the catalogue: committed, or printed to the user's cache on first use."""
+    module = committed(f"scenes.{name}")
+    if module is None:
+        from ..derived.modules import scene_module  # noqa: PLC0415 (the one door to SymPy)
+
+        module = scene_module(name)
+    return module
+
+
+@cache
 def _with(law: Any) -> SceneInfo:
     from ..derived.modules import oscillator_with, own_scene_module  # noqa: PLC0415 (the one door to SymPy)
 
@@ -455,7 +466,14 @@ def _acceleration(scene: Scene, a0: ArrayLike | str) -> Array:
             raise ValueError(f"expected a0 to be numbers or 'consistent', got '{a0}'")
         u, v = np.atleast_2d(scene.u0), np.atleast_2d(scene.v0)
         memory = np.atleast_2d(scene.memory0) if scene.info.memory else None
-        return scene.acceleration(np.zeros(len(u)), u, v, memory).reshape(scene.u0.shape)
+        found = scene.acceleration(np.zeros(len(u)), u, v, memory).reshape(scene.u0.shape)
+        if found.ndim == 1 and not np.isfinite(found).all():
+            raise ValueError(
+                f"{scene.name}: expected a start at which the mass is not singular and all forces are finite, got the "
+                f"acceleration {found} at {', '.join(f'{name} = {x:g}' for name, x in scene.parameters.items())}; "
+                "start elsewhere"
+            )
+        return found
     array = np.atleast_1d(real_array("a0", a0))
     if array.shape not in (scene.u0.shape, scene.u0.shape[-1:]):
         components = scene.u0.shape[-1]

@@ -54,6 +54,18 @@ def own_scene_module(declaration: "SceneDeclaration") -> ModuleType:
     return cached_module(scene_digest(declaration), lambda: own_scene(declaration))
 
 
+def scene_module(name: str) -> ModuleType:
+    """The module of a scene of the catalogue that is not committed: from the cache, or printed now."""
+
+    def text() -> str:
+        from substep_derive.declare.catalogue import find_scene  # noqa: PLC0415
+        from substep_derive.emit.first_use import own_scene  # noqa: PLC0415
+
+        return own_scene(find_scene(name))
+
+    return cached_module(f"scene {name}", text)
+
+
 def own_law_module(declaration: "LawDeclaration") -> ModuleType:
     """The module of a declared law: from the cache, or derived and kept there."""
     from substep_derive.declare.digest import law_digest  # noqa: PLC0415

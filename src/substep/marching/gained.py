@@ -80,7 +80,7 @@ def _conservative(r: Response) -> bool:
     A declared load, or a prescribed motion, shows in the acceleration or in the energy there.
     """
     scene = r.scene
-    if scene.load is not None or (scene.info.damped and not scene.info.oscillator):
+    if scene.load is not None or (scene.info.damped and not (scene.info.oscillator or scene.info.conserves)):
         return False
     u, v = (np.tile(x + scene.length, (len(r.t), 1)) for x in (scene.u0, scene.v0))
     found = (scene.energy(r.t, u, v), *scene.acceleration(r.t, u, v).T)

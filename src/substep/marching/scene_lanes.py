@@ -146,7 +146,7 @@ def march_lanes(
         for k, (kind, _) in enumerate(module.STATE):
             arrays["state"][:, k] = arrays[kind]
     _run(module, arrays, P, steps // stride + 1, reader, len(scene.info.memory), _threads(scene, scheme, module))
-    energy = scene.energy(np.zeros(P), u, v, memory)
+    energy = scene.energy(begin.origin + begin.first * dt, u, v, memory)
     peak = np.maximum(arrays["peak"], energy)
     if head is not None:
         early = head.n_done < np.minimum(n, arrays["first"])

@@ -1,5 +1,14 @@
 """Declarations of scenes, one system a file; ALL holds them in the order in which they are listed."""
 
-from . import constrained, contact, hysteretic, nonlinear, oscillator, pendulum
+from . import constrained, contact, hysteretic, lagrange, mechanisms, nonlinear, oscillator, pendulum
 
-ALL = (*oscillator.ALL, *pendulum.ALL, *nonlinear.ALL, *contact.ALL, *hysteretic.ALL, *constrained.ALL)
+ALL = (
+    *oscillator.ALL,
+    *pendulum.ALL,
+    *nonlinear.ALL,
+    *contact.ALL,
+    *hysteretic.ALL,
+    *lagrange.ALL,
+    *constrained.ALL,
+    *mechanisms.ALL,
+)

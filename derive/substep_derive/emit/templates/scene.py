@@ -29,11 +29,12 @@ SCENES = '''"""The scenes of the catalogue as plain data, which can be read with
 
 Each scene has: coordinates with their units; parameters as (name, low, high, low excluded, high excluded, default
 or None); start, a function of the parameters: u, v, and a or None if it follows from the equation of motion;
-length, to which Newton's tolerance is relative, and energy_scale, of a scene that starts without energy, both
-functions of the parameters; names of outputs; whether it has an angular momentum; sampled, whether the user gives
-the load; damped, whether its velocity causes a force; oscillator, for a linear oscillator its circular frequency,
-damping ratio and mass as functions of the parameters, None for any other scene. One whose laws have a memory has its
-names, and `unstrained`, a function of the parameters: its values before anything is strained.
+length, to which Newton's tolerance is relative, a function of the parameters; and where it is from. Some have:
+energy_scale, of a scene that starts without energy, a function of the parameters; names of outputs; an angular
+momentum; sampled, where the user gives the load; damped, where its velocity causes a force, and conserves, where
+that does no work; oscillator, of a linear oscillator its circular frequency, damping ratio and mass as functions of
+the parameters. One whose laws have a memory has its names, and `unstrained`, a function of the parameters: its values
+before anything is strained.
 """
 {imports}
 SCENES = {scenes}

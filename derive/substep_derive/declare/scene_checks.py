@@ -1,0 +1,191 @@
+"""Checks of a scene's declaration, made when it is built: what is declared has to define a motion.
+
+Every check raises `DeclarationError`, which names the scene, the expression at fault, and the cure.
+"""
+
+from collections.abc import Iterable, Mapping
+from typing import Any, Protocol
+
+from sympy import Expr, Interval, Matrix, Rational, Symbol, oo, sympify
+
+from .errors import DeclarationError
+from .law import Element
+from .names import check_scene
+from .parameter import Parameter
+from .symbols import sampled, t
+
+NOT_NEGATIVE, TINY = Interval(0, oo), Rational(1, 10**20)
+MOST = 4  # coordinates of a mass matrix that is not constant, whose inverse is written out in symbols
+TRIED = (Rational(2, 3), Rational(-5, 7), Rational(9, 4))  # values of rates at which a dissipation is looked at
+
+
+class _Declared(Protocol):
+    """A scene's declaration, as far as it is checked."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def coordinates(self) -> Mapping[Symbol, str]: ...
+    @property
+    def kinetic(self) -> Expr: ...
+    @property
+    def potential(self) -> Expr: ...
+    @property
+    def parameters(self) -> tuple[Parameter, ...]: ...
+    @property
+    def start(self) -> Mapping[Symbol, Any]: ...
+    @property
+    def length(self) -> Any: ...
+    @property
+    def invariants(self) -> Mapping[Symbol, Expr]: ...
+    @property
+    def dissipation(self) -> Expr: ...
+    @property
+    def forces(self) -> Mapping[Symbol, Expr]: ...
+    @property
+    def load(self) -> Mapping[Symbol, Expr]: ...
+    @property
+    def laws(self) -> Mapping[str, Element]: ...
+    @property
+    def constraints(self) -> Mapping[str, Expr]: ...
+    @property
+    def multipliers(self) -> tuple[Symbol, ...]: ...
+    @property
+    def outputs(self) -> Mapping[str, Expr]: ...
+    @property
+    def memory_of(self) -> Mapping[str, Mapping[Symbol, Symbol]]: ...
+    @property
+    def rates(self) -> tuple[Symbol, ...]: ...
+    @property
+    def accelerations(self) -> tuple[Symbol, ...]: ...
+
+
+def check(scene: _Declared) -> None:
+    """All checks, in the order in which their messages help most."""
+    of_laws = (s for names in scene.memory_of.values() for s in names.values())
+    derived = (*scene.rates, *scene.accelerations, *scene.invariants, *of_laws, *scene.multipliers)
+    check_scene(scene.name, [p.symbol for p in scene.parameters], tuple(scene.coordinates), derived, scene.outputs)
+    _symbols(scene)
+    _kinetic(scene)
+    _invariants(scene)
+    if missing := [s for s in (*scene.coordinates, *scene.rates) if s not in scene.start]:
+        raise DeclarationError(f"{scene.name}: start says nothing of {missing[0]}; give start={{{missing[0]}: ...}}")
+    _mass(scene)
+    _dissipation(scene)
+
+
+def _symbols(scene: _Declared) -> None:
+    values = {p.symbol for p in scene.parameters}
+    q, v = set(scene.coordinates), set(scene.rates)
+    _known(scene, "kinetic energy", scene.kinetic, values | q | v | {t})
+    _known(scene, "potential", scene.potential, values | q | set(scene.invariants) | {t})
+    _known(scene, "dissipation", scene.dissipation, values | q | v)
+    for name, element in scene.laws.items():
+        _known(scene, f"elongation of {name}", element.elongation, values | q)
+        for what, value in element.values.items():
+            _known(scene, f"{what} of {name}", value, values)
+    for name, g in scene.constraints.items():
+        _known(scene, f"constraint {name}", g, values | q | set(scene.invariants) | {t})
+        if not g.subs(scene.invariants).free_symbols & q:
+            raise DeclarationError(
+                f"{scene.name}: expected constraint {name} to depend on coordinates, got {g}; write what is to be 0"
+            )
+    for what, given in (("forces", scene.forces), ("load", scene.load)):
+        if unknown := sorted((s for s in given if s not in q), key=str):
+            raise DeclarationError(
+                f"{scene.name}: {what} are given on '{unknown[0]}', expected one of the coordinates "
+                f"{', '.join(sorted(map(str, q)))}; correct the name"
+            )
+    for symbol, force in scene.forces.items():
+        if moved := sorted(force.free_symbols & set(scene.accelerations), key=str):
+            raise DeclarationError(
+                f"{scene.name}: the force on {symbol} holds the acceleration '{moved[0]}', expected coordinates, rates "
+                "and t alone; write a mass that moves with them into the kinetic energy"
+            )
+        _known(scene, f"force on {symbol}", force, values | q | v | {t})
+    for symbol, force in scene.load.items():
+        _known(scene, f"load on {symbol}", sympify(force), values | {t, sampled})
+    for symbol, e in (*scene.start.items(), ("length", scene.length)):
+        _known(scene, f"start of {symbol}" if symbol != "length" else "length", sympify(e), values)
+
+
+def _known(scene: _Declared, what: str, expression: Expr, allowed: set[Symbol]) -> None:
+    if unknown := sorted(expression.free_symbols - allowed, key=str):
+        raise DeclarationError(
+            f"{scene.name}: the {what} holds '{unknown[0]}', expected only "
+            f"{', '.join(sorted(map(str, allowed)))}; declare it or correct the name"
+        )
+
+
+def _kinetic(scene: _Declared) -> None:
+    v = scene.rates
+    slope = hessian(scene.kinetic, v)
+    if slope.free_symbols & set(v) or _rest(scene.kinetic, v) != 0:
+        raise DeclarationError(
+            f"{scene.name}: expected a kinetic energy quadratic in {', '.join(map(str, v))}, with coefficients in "
+            f"coordinates and t, got {scene.kinetic}; write what is of another degree into forces"
+        )
+
+
+def _rest(energy: Expr, v: Iterable[Symbol]) -> Expr:
+    """What of an energy is not of second degree in the rates."""
+    at_rest = dict.fromkeys(v, 0)
+    linear = sum((energy.diff(s).subs(at_rest) * s for s in v), energy.subs(at_rest))
+    half = (Matrix([list(v)]) * hessian(energy, v) * Matrix(list(v)))[0] / 2
+    return (energy - half - linear).expand()
+
+
+def hessian(energy: Expr, v: Iterable[Symbol]) -> Matrix:
+    """The second derivatives of an energy by the rates."""
+    return Matrix([energy]).jacobian(list(v)).jacobian(list(v))
+
+
+def _invariants(scene: _Declared) -> None:
+    q = tuple(scene.coordinates)
+    for symbol, e in scene.invariants.items():
+        third = [e.diff(a, b, c) for a in q for b in q for c in q]
+        if any(d != 0 for d in third):
+            raise DeclarationError(
+                f"{scene.name}: expected invariant {symbol} at most quadratic in the coordinates, got {e}"
+            )
+
+
+def _mass(scene: _Declared) -> None:
+    """That the mass matrix is regular, tried at numbers for all parameters, and small enough to be inverted."""
+    if scene.constraints:  # which may hold what has no mass, and need no inverse
+        return
+    mass, q = hessian(scene.kinetic, scene.rates), tuple(scene.coordinates)
+    if len(q) > MOST and mass.free_symbols & {*q, t}:
+        raise DeclarationError(
+            f"{scene.name}: expected at most {MOST} coordinates where the mass depends on them or on t, since its "
+            f"inverse is written out, got {len(q)}; choose coordinates in which it is constant"
+        )
+    values = {p.symbol: p.inside(Rational(3 + k, 7 + k)) for k, p in enumerate(scene.parameters)}
+    anywhere = {x: Rational(3, 5 + k) for k, x in enumerate((*q, t))}
+    at_start = {x: scene.start[x] for x in q} | {t: 0}
+    for where, place in (("", anywhere), (" at the start", at_start)):
+        numbers = mass.subs(place, simultaneous=True).subs(values).evalf(30)
+        if abs(numbers.det()) <= TINY * max(abs(x) for x in numbers) ** len(q):
+            raise DeclarationError(
+                f"{scene.name}: expected a kinetic energy in which every coordinate has a mass, got a singular mass "
+                f"matrix{where}, {mass.tolist()}; leave out the coordinate without one, choose others, or start "
+                "elsewhere"
+            )
+
+
+def _dissipation(scene: _Declared) -> None:
+    """That a dissipation is convex in the rates, tried where all its parameters are known not to be negative."""
+    e, q, v = scene.dissipation, tuple(scene.coordinates), scene.rates
+    held = [p for p in scene.parameters if p.symbol in e.free_symbols]
+    if e == 0 or not all(p.domain.is_subset(NOT_NEGATIVE) for p in held):
+        return
+    values = {p.symbol: p.inside(Rational(3, 7)) for p in held}
+    second = hessian(e, v).subs(values | {x: Rational(3, 5 + k) for k, x in enumerate(q)})
+    for shift in range(len(TRIED)):
+        rates = {x: TRIED[(k + shift) % len(TRIED)] for k, x in enumerate(v)}
+        numbers = second.subs(rates).evalf(30)
+        if not numbers.is_positive_semidefinite:
+            raise DeclarationError(
+                f"{scene.name}: expected a dissipation that is convex in {', '.join(map(str, v))}, so that it takes "
+                f"energy, got {e}; write a force that gives energy into forces"
+            )
