@@ -78,7 +78,7 @@ def found(name: str) -> Prescribed:
     return prescribed(name)
 
 
-@pytest.mark.every_scheme
+@pytest.mark.matrix
 @pytest.mark.parametrize("name", SCHEMES)
 def test_the_errors_are_those_of_steps_on_an_exponential(name: str) -> None:
     """All derivatives of r = exp(t) at t are exp(t), so that an error over h^power tends to the coefficient."""
@@ -113,7 +113,7 @@ def instant_of(stepping: Stepping, arg: Expr) -> Expr:
     return arg.subs(instants).subs(values)
 
 
-@pytest.mark.every_scheme
+@pytest.mark.matrix
 @pytest.mark.parametrize("name", SCHEMES)
 def test_a_wrong_start_dies_or_grows_as_it_says(name: str) -> None:
     p = found(name)

@@ -46,7 +46,8 @@ class Scene:
     start: coordinate and rate -> value at t = 0; acceleration(coordinate) -> value where it is given
     rather than consistent with the equation of motion. length: the length to which Newton's tolerance is
     relative. laws: name -> a force with memory over an elongation. constraints: name -> an expression in coordinates,
-    invariants, parameters and t that is kept at 0 by a reaction; its multiplier has the name. outputs: name ->
+    invariants, parameters and t that is kept at 0 by a reaction; its multiplier has the name. contacts: name ->
+    a gap, likewise, that a pressure of the name keeps from closing beyond 0. outputs: name ->
     expression in coordinates and invariants. energy_scale: the energy to which errors are relative in a scene that
     starts without energy. reference: where the scene is from.
     """
@@ -64,6 +65,7 @@ class Scene:
     load: Mapping[Symbol, Expr] = field(default_factory=dict[Symbol, Expr])
     laws: Mapping[str, Element] = field(default_factory=dict[str, Element])
     constraints: Mapping[str, Expr] = field(default_factory=dict[str, Expr])
+    contacts: Mapping[str, Expr] = field(default_factory=dict[str, Expr])
     outputs: Mapping[str, Expr] = field(default_factory=dict[str, Expr])
     energy_scale: Expr | None = None
     reference: str = ""
@@ -101,6 +103,7 @@ class Scene:
             load=all_renamed(self.load),
             laws={name: element.renamed(names) for name, element in self.laws.items()},
             constraints=all_renamed(self.constraints),
+            contacts=all_renamed(self.contacts),
             outputs=all_renamed(self.outputs),
             energy_scale=renamed(self.energy_scale),
         )
@@ -116,8 +119,8 @@ class Scene:
 
     @property
     def multipliers(self) -> tuple[Symbol, ...]:
-        """Symbols of the constraints' multipliers, each with its constraint's name."""
-        return tuple(map(Symbol, self.constraints))
+        """Symbols of the constraints' multipliers, and of the contacts' pressures, each with the name of its own."""
+        return tuple(map(Symbol, (*self.constraints, *self.contacts)))
 
     @property
     def rates(self) -> tuple[Symbol, ...]:

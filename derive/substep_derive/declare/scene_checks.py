@@ -49,6 +49,8 @@ class _Declared(Protocol):
     @property
     def constraints(self) -> Mapping[str, Expr]: ...
     @property
+    def contacts(self) -> Mapping[str, Expr]: ...
+    @property
     def multipliers(self) -> tuple[Symbol, ...]: ...
     @property
     def outputs(self) -> Mapping[str, Expr]: ...
@@ -84,11 +86,13 @@ def _symbols(scene: _Declared) -> None:
         _known(scene, f"elongation of {name}", element.elongation, values | q)
         for what, value in element.values.items():
             _known(scene, f"{what} of {name}", value, values)
-    for name, g in scene.constraints.items():
-        _known(scene, f"constraint {name}", g, values | q | set(scene.invariants) | {t})
+    held = [(f"constraint {name}", g, "0") for name, g in scene.constraints.items()]
+    held += [(f"contact {name}", gap, "0 at contact and positive before") for name, gap in scene.contacts.items()]
+    for what, g, value in held:
+        _known(scene, what, g, values | q | set(scene.invariants) | {t})
         if not g.subs(scene.invariants).free_symbols & q:
             raise DeclarationError(
-                f"{scene.name}: expected constraint {name} to depend on coordinates, got {g}; write what is to be 0"
+                f"{scene.name}: expected {what} to depend on coordinates, got {g}; write what is to be {value}"
             )
     for what, given in (("forces", scene.forces), ("load", scene.load)):
         if unknown := sorted((s for s in given if s not in q), key=str):

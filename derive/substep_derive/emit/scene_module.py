@@ -18,7 +18,8 @@ from .templates.scene import LOG_COSH, SCENE_FUNCTION, SCENE_HEADER, SCENES
 from .templates.scheme import BANNER
 
 CONSTRAINED = "Matrix, row by row, and right side of the equations for acceleration and multipliers."
-DRIFT = "What constraints keep at 0, and its time derivatives."
+DRIFT = "What constraints keep at 0, and minus gaps of contacts; first derivatives; second without accelerations."
+DIRECTIONS = "Their derivatives by the coordinates, row by row."
 COMMIT = "What laws remember once it is committed at a displacement, `elapsed` s after that given."
 
 
@@ -37,6 +38,7 @@ def energies_and_forces(motion: EquationsOfMotion) -> str:
         "load": list(motion.load) if any(motion.load) else None,
         "angular momentum": motion.angular_momentum,
         **{f"constraint {name}": f"{g} = 0" for name, g in motion.scene.constraints.items()},
+        **{f"contact {name}": f"{gap} >= 0" for name, gap in motion.scene.contacts.items()},
         **{f"memory {s}": f"{e}, then {motion.commit[s]}" for s, e in motion.memory.items()},
     }
     return "\n".join(f"    {name}: {form}" for name, form in forms.items() if form is not None)
@@ -53,8 +55,11 @@ def scene_module(motion: EquationsOfMotion) -> str:
     if scene.constraints:
         matrix, right = motion.constrained
         functions.append(_function("constrained", values, CONSTRAINED, motion, [*matrix, *right]))
-        functions.append(_function("drift", values, DRIFT, motion, [*motion.constraints, *motion.drift[0]]))
-    else:
+    if scene.multipliers:
+        drift = [*motion.constraints, *motion.drift[0], *motion.drift[1]]
+        functions.append(_function("drift", values, DRIFT, motion, drift))
+        functions.append(_function("directions", values, DIRECTIONS, motion, list(motion.directions)))
+    if not scene.constraints:
         acceleration = motion.consistent_acceleration
         functions.append(
             _function("acceleration", values, "Acceleration from the equation of motion.", motion, acceleration)
@@ -101,14 +106,16 @@ def _function(
     read = {s for e in rows for s in e.free_symbols}
     places = [(q, f"displacement[..., {k}]") for k, q in enumerate(motion.coordinates)]
     places += [(r, f"velocity[..., {k}]") for k, r in enumerate(motion.scene.rates)]
+    pressures = motion.scene.multipliers[len(motion.scene.constraints) :]
     places += [(s, f"memory[..., {k}]") for k, s in enumerate(motion.memory)]
+    places += [(s, f"memory[..., {k - len(pressures)}]") for k, s in enumerate(pressures)]
     w = ArrayPrinter({s.name: printed(s).name for s, _ in places})  # as with parameters, no other name is like these
     taken = "".join(f"    {w.doprint(s)} = {text}\n" for s, text in places if s in read)
     names = [f"value_{k}" for k in range(len(rows))] if len(rows) > 1 else ["value"]
     plain = {k: w.doprint(e) for k, e in enumerate(rows) if len(rows) > 1 and (e.is_number or e.is_Symbol)}
     body, _ = block([(names[k], e) for k, e in enumerate(rows) if k not in plain], printer=w)
     of_all = ", ".join(plain.get(k, name) for k, name in enumerate(names))
-    memory = ["memory"] if motion.memory else []
+    memory = ["memory"] if motion.memory or read & set(pressures) else []
     vector = f"np.stack(np.broadcast_arrays({of_all}, displacement[..., 0])[:-1], axis=-1)"
     return fill(
         SCENE_FUNCTION,
@@ -163,8 +170,10 @@ def scene_entry(motion: EquationsOfMotion) -> str:
     if motion.memory:
         entry["memory"] = literal_tuple(f'"{s}"' for s in motion.memory)
         entry["unstrained"] = function(literal_tuple(number(e) for e in motion.in_kernels.memory.values()))
-    if scene.constraints:
+    if scene.multipliers:
         entry["multipliers"] = literal_tuple(f'"{name}"' for name in scene.constraints)
+    if scene.contacts:
+        entry["contacts"] = literal_tuple(f'"{name}"' for name in scene.contacts)
     return "{" + ",\n        ".join(f'"{key}": {value}' for key, value in entry.items()) + "}"
 
 

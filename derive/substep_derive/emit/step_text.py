@@ -126,17 +126,31 @@ class _Writer:
         parts = [Part(step.moving, False), Part(entries), Part(solve, False), Part(update, False)]
         texts = [self._part(part, depth, local) for part in parts]
         self.of_iterations.append(sum(count for _, count in texts) + len(step.z))
-        iteration = "\n".join(
-            [*(text for text, _ in texts), placed(_largest_of(change[: len(change) - step.multipliers, :]), depth)]
-        )
-        failed = {} if self.layout.each else {"failed": placed([self.clock.failed], depth)}
         near = local.doprint(Symbol(f"near_{k}"))
+        size = len(change) - step.multipliers
+        ends = [*_largest_of(change[:size, :]), *_unsettled(step, change, near, local)]
+        iteration = "\n".join([*(text for text, _ in texts), placed(ends, depth)])
+        failed = {} if self.layout.each else {"failed": placed([self.clock.failed], depth)}
         return fill(self.layout.newton, iteration=iteration, near=near, balance=k, **failed).strip("\n")
 
     def _part(self, part: Part, depth: int, printer: KernelPrinter) -> tuple[str, int]:
         if part.named:
             return block(part.assignments, depth, printer)
         return lines(part.assignments, depth, printer), operations(part.assignments)
+
+
+def _unsettled(step: BalanceStep, change: Matrix, near: str, printer: KernelPrinter) -> list[str]:
+    """Lines by which an iteration goes on while the pressure of a contact changes, as where it has just opened.
+
+    A change counts where it is more than a thousandth of the pressure, and moves an unknown by more than what is near.
+    """
+    J, first = step.jacobian_names, len(change) - step.contacts
+    found = list[str]()
+    for p in range(first, len(change)):
+        moves = [f"abs({J[i, p]}*{change[p]}) > {near}*abs({J[i, i]})" for i in range(first) if J[i, p] * J[i, i] != 0]
+        small = f"abs({change[p]}) > 1e-3*abs({printer.doprint(step.z[p])})"
+        found.append(f"largest = 1e300 if {small} and ({' or '.join(moves)}) else largest")
+    return found
 
 
 def _largest_of(change: Matrix) -> list[str]:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from sympy import Add, Dummy, Expr, Integer, Matrix, Mul, Piecewise, Rational, S, Symbol, diag, oo, symbols, zeros
 
 from ..declare.law import slope as slope_of
+from ..declare.law import smaller, where_at_least
 from ..declare.names import entry_name
 from ..declare.scene import POSITIVE
 from ..declare.symbols import N, N_discrete, h
@@ -31,7 +32,8 @@ class BalanceStep:
     linear, and inverse is what would be inverted before any law yields. free: the residual's derivative by z without
     internal force. bounds: names of two values of z between which the root is kept, and their values before the first
     iteration; where laws make the residual bend. commits: of what laws remember, once the balance is solved.
-    multipliers: how many of the last unknowns are those of constraints, of which the last rows of the residual are.
+    multipliers: how many of the last unknowns are those of constraints and contacts, of which the last rows of the
+    residual are; contacts: how many of the last of these are pressures.
     """
 
     k: int
@@ -49,6 +51,7 @@ class BalanceStep:
     bounds: Assignments = field(default_factory=Assignments)
     commits: Assignments = field(default_factory=Assignments)
     multipliers: int = 0
+    contacts: int = 0
 
     @property
     def residual_names(self) -> Matrix:
@@ -210,12 +213,12 @@ def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
     else:
         one_over = w.reciprocal(solved(next(iter(reach)))[0].diff(z[0]), c_u)
         first = (w.components(last) - w.components(predicted(0))) * one_over
-    if w.motion.scene.constraints:
+    if w.motion.scene.multipliers:
         residual, jacobian = constrained(w, reach, w.hoisted(residual), w.hoisted(slope + by_z), forces)
         unknown, first = with_multipliers(w, reach, last, z, first)
         return BalanceStep(
             k, unknown, before, reached + mixed, residual, jacobian, Matrix(), first, c_u, after, slope,
-            multipliers=len(w.unknown),
+            multipliers=len(w.unknown), contacts=len(w.motion.scene.contacts),
         )  # fmt: skip
     bends = bool(w.motion.scene.laws) and w.size == 1
     return BalanceStep(
@@ -245,7 +248,8 @@ def constrained(
 ) -> tuple[Matrix, Matrix]:
     """The residual with the constraints at the displacement that moves, and its derivative by z and multipliers.
 
-    The constraints are divided by that displacement's derivative by z, so that nothing depends on the step.
+    The constraints are divided by that displacement's derivative by z, so that nothing depends on the step. Of a
+    contact the smaller of gap and pressure is 0, which Newton's iteration finds by branch.
     """
     ((u, c_u),) = reach.items()
     at, when = list(w.components(u)), w.when(u)
@@ -253,6 +257,12 @@ def constrained(
     directions = w.hoisted(w.motion.directions_at(at, when))
     by_multipliers = w.hoisted(forces.jacobian(w.unknown))
     below = Matrix.hstack(directions, zeros(len(w.unknown)))
+    for k in range(len(w.motion.scene.constraints), len(w.unknown)):
+        gap, pressure = -held[k], w.unknown[k]
+        held[k] = smaller(gap, pressure)
+        for j in range(w.size):
+            below[k, j] = where_at_least(pressure, gap, -directions[k, j], Integer(0))
+        below[k, w.size + k] = where_at_least(pressure, gap, Integer(0), Integer(1))
     return Matrix([*residual, *held]), Matrix.vstack(Matrix.hstack(jacobian, by_multipliers), below)
 
 

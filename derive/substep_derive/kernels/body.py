@@ -98,11 +98,11 @@ class Body:
         w = Writer(near, motion, stencil, now=now, began=BEGAN if now is None else knot(0).u)
         w.fixed.update(weights)
         ends = sub_step_ends(exact) if motion.scene.laws else ()  # which refuses a discrete gradient of any law
-        if motion.memory or motion.general or motion.scene.constraints:
+        if motion.memory or motion.general or motion.scene.multipliers:
             w.instants |= passed(lowered)
         if motion.memory:
             w.committed[knot(0).u] = Integer(0)
-        if motion.scene.constraints:
+        if motion.scene.multipliers:
             _require_holding(scheme)
             w.reactions[knot(0).u] = _multipliers(motion)
         reads = [*outputs, *errors, *read, *(end.u for end in ends if motion.memory)]

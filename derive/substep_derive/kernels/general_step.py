@@ -112,7 +112,7 @@ def general_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
     residual, jacobian = mass * a + place.weight * (force - load), c_a * mass
     for names, rate in vectors:
         jacobian += Matrix([[slope(e, s) for s in names] for e in residual]) * rate
-    if w.motion.scene.constraints:
+    if w.motion.scene.multipliers:
         residual, jacobian = constrained(w, reach, residual, jacobian, residual)
     steady = _Steady(k, {s for m in (z, a, w.unknown, *(names for names, _ in vectors)) for s in m.free_symbols})
     residual, jacobian = (w.hoisted(m).applyfunc(steady.without) for m in (residual, jacobian))
@@ -122,7 +122,7 @@ def general_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
     unknown, first = with_multipliers(w, reach, last, z, first)
     return BalanceStep(
         k, unknown, [*before, *steady.assignments], within, residual, jacobian, Matrix(), first, far, after,
-        c_a * mass, multipliers=len(w.unknown),
+        c_a * mass, multipliers=len(w.unknown), contacts=len(w.motion.scene.contacts),
     )  # fmt: skip
 
 

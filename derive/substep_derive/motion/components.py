@@ -98,14 +98,14 @@ class Writer:
 
     def reaction(self, force: Expr, u: Sequence[Expr], at: Expr | None = None) -> Matrix:
         """The reaction beside an internal force, at u and a time, from the multipliers there; 0 without constraints."""
-        if not self.motion.scene.constraints:
+        if not self.motion.scene.multipliers:
             return zeros(self.size, 1)
         where = self.when(force.args[0]) if at is None else at
         return self.motion.directions_at(u, where).T * self.reactions.get(force.args[0], self.unknown)
 
     def discrete_reaction(self, old: Sequence[Symbol], new: Sequence[Symbol]) -> Matrix:
         """The reaction beside a discrete gradient between two displacements; 0 without constraints."""
-        if not self.motion.scene.constraints:
+        if not self.motion.scene.multipliers:
             return zeros(self.size, 1)
         return self.motion.discrete_directions(old, new).T * self.unknown
 

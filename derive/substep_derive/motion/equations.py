@@ -266,8 +266,12 @@ class EquationsOfMotion:
 
     @cached_property
     def constraints(self) -> Matrix:
-        """What constraints keep at 0, (c, 1)."""
-        return Matrix([tidy(g).subs(self.scene.invariants) for g in self.scene.constraints.values()])
+        """What constraints keep at 0, and minus the gaps of contacts, which keep it from above 0, (c, 1)."""
+        return Matrix([tidy(g).subs(self.scene.invariants) for g in self._held.values()])
+
+    @property
+    def _held(self) -> dict[str, Expr]:
+        return {**self.scene.constraints, **{name: -gap for name, gap in self.scene.contacts.items()}}
 
     @cached_property
     def directions(self) -> Matrix:
@@ -288,13 +292,13 @@ class EquationsOfMotion:
         Raises DeclarationError for a constraint that holds the time, which has none.
         """
         rows = []
-        for name, g in self.scene.constraints.items():
+        for name, g in self._held.items():
             if g.has(t):
                 raise DeclarationError(
-                    f"{self.scene.name}: expected constraint {name} without time, for a scheme that takes forces as "
+                    f"{self.scene.name}: expected {name} without time, for a scheme that takes forces as "
                     f"discrete gradients, got {g}; take another scheme"
                 )
-            alone = replace(self.scene, potential=g, constraints={}, laws={})
+            alone = replace(self.scene, potential=g, constraints={}, contacts={}, laws={})
             rows.append(EquationsOfMotion(alone).discrete_gradient(u0, u1).T)
         return Matrix.vstack(*rows)
 
@@ -313,12 +317,20 @@ class EquationsOfMotion:
     def constrained(self) -> tuple[Matrix, Matrix]:
         """The matrix (d + c, d + c) and the right side of the equations for acceleration and multipliers.
 
-        They are the equation of motion, and the second time derivative of the constraints.
+        They are the equation of motion, under the pressures of contacts, and the second derivative of the constraints.
         """
-        c = self.constraints.rows
+        c = len(self.scene.constraints)
+        along = self.directions[:c, :]
+        matrix = Matrix.vstack(Matrix.hstack(self.mass, along.T), Matrix.hstack(along, zeros(c, c)))
+        return matrix, Matrix.vstack(self._rest, -self.drift[1][:c, :])
+
+    @property
+    def _rest(self) -> Matrix:
+        """All forces but those of constraints, on the right-hand side; pressures of contacts by their symbols."""
         rest = self.load - self.damping * Matrix(self.scene.rates) - self._force - self.rate_force
-        matrix = Matrix.vstack(Matrix.hstack(self.mass, self.directions.T), Matrix.hstack(self.directions, zeros(c, c)))
-        return matrix, Matrix.vstack(rest, -self.drift[1])
+        c = len(self.scene.constraints)
+        pressures = Matrix(list(self.scene.multipliers[c:]))
+        return rest - self.directions[c:, :].T * pressures if self.scene.contacts else rest
 
     def tangent_at_start(self, u: Sequence[Expr]) -> Matrix:
         """Tangent stiffness at the displacement u, of laws that of their start, before they are strained."""
@@ -335,7 +347,7 @@ class EquationsOfMotion:
     @property
     def linear(self) -> bool:
         """Whether the force is linear in coordinates and rates, without memory, and the mass constant."""
-        bends = self.scene.laws or self.scene.constraints or self.general
+        bends = self.scene.laws or self.scene.multipliers or self.general
         return not (bends or self._tangent.free_symbols & set(self.coordinates))
 
     @cached_property
@@ -431,10 +443,9 @@ class EquationsOfMotion:
     @cached_property
     def consistent_acceleration(self) -> Matrix:
         """The acceleration that the equation of motion gives for coordinates, rates and t."""
-        rest = self.load - self.damping * Matrix(self.scene.rates) - self._force - self.rate_force
         if not self.mass_moves:
-            return (self.mass.inv() * rest).applyfunc(cancel) if self.linear else self.mass.inv() * rest
-        return solved(self.mass, rest)
+            return (self.mass.inv() * self._rest).applyfunc(cancel) if self.linear else self.mass.inv() * self._rest
+        return solved(self.mass, self._rest)
 
 
 def solved(matrix: Matrix, right: Matrix) -> Matrix:

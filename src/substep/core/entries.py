@@ -141,8 +141,8 @@ class SceneInfo:
     any other scene. outputs: names of further results. angular_momentum: whether it has one. sampled: whether the user
     gives the load. damped: whether its velocity causes a force; conserves: whether that does no work, being one of
     inertia. memory: names of what its laws remember; unstrained: a function of the parameters, its values before
-    anything is strained; multipliers: names of those of its constraints, which are the last of memory. declaration: of
-    a scene of the user's own.
+    anything is strained; multipliers: names of those of its constraints; contacts: names of its contacts, whose
+    pressures are the last of memory, behind multipliers. declaration: of a scene of the user's own.
     """
 
     name: str
@@ -161,6 +161,7 @@ class SceneInfo:
     memory: tuple[str, ...] = field(compare=False)
     unstrained: Callable[..., tuple[Any, ...]] | None = field(compare=False)
     multipliers: tuple[str, ...] = field(compare=False)
+    contacts: tuple[str, ...] = field(compare=False)
     reference: str = field(compare=False)
     declaration: "SceneDeclaration | None" = field(compare=False)
 
@@ -189,12 +190,18 @@ class SceneInfo:
             sampled=entry.get("sampled", False),
             damped=entry.get("damped", False),
             conserves=entry.get("conserves", False),
-            memory=(*entry.get("memory", ()), *entry.get("multipliers", ())),
+            memory=(*entry.get("memory", ()), *entry.get("multipliers", ()), *entry.get("contacts", ())),
             unstrained=entry.get("unstrained"),
             multipliers=entry.get("multipliers", ()),
+            contacts=entry.get("contacts", ()),
             reference=entry["reference"],
             declaration=declaration,
         )
+
+    @property
+    def laws(self) -> int:
+        """How many numbers of the memory are those of laws; they come first."""
+        return len(self.memory) - len(self.multipliers) - len(self.contacts)
 
     @property
     def source(self) -> "str | SceneDeclaration":

@@ -104,7 +104,8 @@ class Response:
     def memory(self) -> Mapping[str, Array]:
         """What the laws of the scene remember, each (n+1,), by name; empty where they remember nothing.
 
-        Of each constraint it is the multiplier with which the last balance of a step was solved: see `multipliers`.
+        Of each constraint it is the multiplier with which the last balance of a step was solved: see `multipliers`;
+        of each contact the pressure.
         """
         rows = self.memories
         return {} if rows is None else {name: rows[:, k] for k, name in enumerate(self.scene.info.memory)}
@@ -117,6 +118,12 @@ class Response:
         """
         found = self.scene.multipliers(self.t, self.u, self.v, *self._remembered(slice(None)))
         return {name: found[:, k] for k, name in enumerate(self.scene.info.multipliers)}
+
+    @property
+    def gaps(self) -> Mapping[str, Array]:
+        """The gap (n+1,) of each contact of the scene, by name; 0 in contact."""
+        found = self.scene.gaps(self.t, self.u)
+        return {name: found[:, k] for k, name in enumerate(self.scene.info.contacts)}
 
     @property
     def energy_dissipated(self) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, cached_property, partial
+from functools import cache, cached_property
 from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -96,15 +96,19 @@ class Scene:
 
     @property
     def memory0(self) -> Array:
-        """What its laws remember (k,), of lanes (P, k), at t = 0, and the multipliers of its constraints there.
+        """What its laws remember (k,), of lanes (P, k), at t = 0; then multipliers, and pressures of contacts.
 
-        Laws are committed at u0, to which they were strained.
+        Laws are committed at u0, to which they were strained. Pressures are those under which no gap closes.
         """
+        laws, c, d = self.info.laws, len(self.info.multipliers), len(self.info.contacts)
         before = self.info.unstrained(*self.parameters.values()) if self.info.unstrained else ()
-        found = _joined([*before, *(0.0 for _ in self.info.multipliers)], self.u0.shape[:-1])
+        found = _joined([*before, *(0.0 for _ in range(c + d))], self.u0.shape[:-1])
         found = self.committed(self.u0, found)
-        if c := len(self.info.multipliers):
-            found[..., -c:] = self.multipliers(np.zeros(self.u0.shape[:-1]), self.u0, self.v0, found)
+        t = np.zeros(self.u0.shape[:-1])
+        if d:
+            found[..., laws + c :] = constraints.pressures(self, t, self.u0, self.v0, found)
+        if c:
+            found[..., laws : laws + c] = self.multipliers(t, self.u0, self.v0, found)
         return found
 
     def committed(self, u: Array, memory: Array, elapsed: ArrayLike = 0.0) -> Array:
@@ -136,8 +140,26 @@ class Scene:
         """The multipliers (..., c) of its constraints, from the equations of motion at u, v (..., d) and t (...,)."""
         return self._constrained(t, u, v, memory, self.forces(t))[..., u.shape[-1] :]
 
+    def gaps(self, t: Array, u: Array) -> Array:
+        """The gaps (..., d) of its contacts at u and t."""
+        return -self.drift(t, u, u)[0][..., len(self.info.multipliers) :]
+
+    def drift(self, t: Array, u: Array, v: Array) -> tuple[Array, Array, Array]:
+        """What constraints keep at 0 and minus the gaps of contacts (..., c), and their first and second derivatives.
+
+        Of the second the part without accelerations.
+        """
+        found = self._evaluate("drift", t, u, v, memory=self._nothing(u))
+        c = found.shape[-1] // 3
+        return found[..., :c], found[..., c : 2 * c], found[..., 2 * c :]
+
+    def directions(self, t: Array, u: Array) -> Array:
+        """The derivatives (..., c, n) by the coordinates of what `drift` gives."""
+        found = self._evaluate("directions", t, u, u, memory=self._nothing(u))
+        return found.reshape(*found.shape[:-1], -1, u.shape[-1])
+
     def allowed(self, u: ArrayLike, v: ArrayLike, t: float = 0.0) -> State:
-        """The state at t nearest to u, v (d,) that the constraints allow, nearest by kinetic energy: to start from.
+        """The state at t nearest to u, v (n,) that the constraints allow, nearest by kinetic energy: to start from.
 
         Raises ValueError where there is none nearby, for other shapes and for numbers that are not finite.
         """
@@ -147,22 +169,20 @@ class Scene:
                 f"expected u and v with {len(self.coordinates)} numbers for {self.name}, got shapes "
                 f"{', '.join(str(x.shape) for x in vectors)}; give one for each coordinate"
             )
-        return State(t, *constraints.nearest(self.name, partial(self._off, t), *vectors, self.length))
+        return State(t, *constraints.nearest(self, t, *vectors))
 
     def require_allowed(self, u: Array, v: Array, t: float = 0.0) -> None:
-        """Raises ValueError for dependent constraints at u, v (d,), and where they do not allow these."""
-        names = self.info.multipliers
-        matrix, drift = self._off(t, u, v)
-        constraints.require_independent(self.name, names, matrix)
-        constraints.require_allowed(self.name, names, constraints.distances(matrix, drift), self.length, v)
+        """Raises ValueError for dependent constraints at u, v (n,), and where constraints or contacts forbid these."""
+        constraints.require_allowed(self, t, u, v)
 
-    def _off(self, t: float, u: Array, v: Array) -> tuple[Array, Array]:
-        """The matrix (d + c, d + c) of `constrained`, and the constraints and their rates (2, c), at u, v (d,)."""
-        at = np.array([t]), u[None], v[None]
-        memory = np.zeros((1, len(self.info.memory)))
-        drift = self._evaluate("drift", *at, memory=memory)[0]
-        matrix, _ = constraints.parts(self._evaluate("constrained", *at, memory=memory), len(u), len(drift) // 2)
-        return matrix[0], drift.reshape(2, -1)
+    def constrained(self, t: Array, u: Array, v: Array) -> Array:
+        """The matrix (..., n + c, n + c) of mass and directions of constraints."""
+        found = self._evaluate("constrained", t, u, v, memory=self._nothing(u))
+        return constraints.parts(found, u.shape[-1], len(self.info.multipliers))[0]
+
+    def _nothing(self, u: Array) -> Array:
+        """A memory for functions that do not depend on it."""
+        return np.zeros((*u.shape[:-1], len(self.info.memory)))
 
     def _constrained(self, t: Array, u: Array, v: Array, memory: Array | None, force: Any) -> Array:
         values = self._evaluate("constrained", t, u, v, force, memory=memory)
@@ -198,13 +218,13 @@ class Scene:
 
         Raises ValueError where laws have a memory that is not given: what they do is not known without it.
         """
-        laws = len(self.info.memory) - len(self.info.multipliers)
-        if laws and memory is None:
+        reads = self.info.laws or (self.info.contacts and function in ("acceleration", "constrained"))
+        if reads and memory is None:
             raise ValueError(
-                f"expected the memory of {self.name}'s laws, {', '.join(self.info.memory)}, beside u and v, got none; "
-                "give that of a response, r.memory"
+                f"expected the memory of {self.name}, {', '.join(self.info.memory)}, beside u and v, got none; give "
+                "that of a response, r.memory"
             )
-        given = [memory[..., :laws]] if laws and memory is not None else []
+        given = [memory] if reads else []
         last = [elapsed] if elapsed is not None else [force] if self.info.sampled else []
         inner = (1,) * (np.ndim(u) - 2)  # axes between a lane's and the coordinates'
         values = (x.reshape(-1, *inner) if np.ndim(x) else x for x in self.parameters.values())
@@ -439,7 +459,7 @@ def make_scene(info: SceneInfo, values: Mapping[str, Any], a0: ArrayLike | str |
     assert u0 is not None
     assert v0 is not None
     draft = Scene(info, MappingProxyType(dict(values)), u0, v0, u0, load, a0)
-    if info.multipliers:
+    if info.multipliers or info.contacts:
         for where in np.ndindex(lanes):
             one = Scene(info, {name: x[where] if np.ndim(x) else x for name, x in values.items()}, u0, v0, u0, load)
             one.require_allowed(u0[where], v0[where])

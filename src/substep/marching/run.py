@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from ..core import coefficients
 from ..core.arrays import Array
 from ..core.between_steps import Event, ascending, ended, require_reached, sampled
+from ..core.constraints import pressures
 from ..core.errors import called_as, real_number, unknown_name, warn
 from ..core.loads import behind_jump
 from ..core.memory import require_histories
@@ -169,7 +170,7 @@ def marched(
     state = None if start is None else _on_scene(scene, State.given(start))
     steps = steps_of(dt, tol, t_end, stride=stride, length=scene.length, start=state, chosen=chosen)
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
-    if scene.info.multipliers:
+    if scene.info.multipliers or scene.info.contacts:
         _require_decay(scene, scheme)
     if isinstance(steps, Control):
         return march_adaptive(scene, scheme, steps, bound=bound, start=state and _behind_jump(scene, state))
@@ -215,10 +216,11 @@ def _on_scene(scene: Scene, state: State) -> State:
                 f"expected {name} of start with {len(scene.u0)} numbers, for the coordinates {coordinates} of "
                 f"{scene.name}, got shape {x.shape}; give one for each"
             )
-    if scene.info.multipliers and not state.of:  # a run's own velocities leave constraints by the scheme's error
+    held = (*scene.info.multipliers, *scene.info.contacts)
+    if held and not state.of:  # a run's own velocities leave constraints by the scheme's error
         scene.require_allowed(state.u, state.v, state.t)
-    if scene.info.multipliers and not state.memory.keys() & set(scene.info.multipliers):
-        state = _with_multipliers(scene, state)
+    if held and not state.memory.keys() & set(held):
+        state = _with_reactions(scene, state)
     if missing := set(scene.info.memory) ^ set(state.memory):
         raise ValueError(
             f"expected memory of start with {', '.join(scene.info.memory) or 'nothing'}, what the laws of {scene.name} "
@@ -232,11 +234,17 @@ def _on_scene(scene: Scene, state: State) -> State:
     return replace(state, a=scene.acceleration(*at, None if memory is None else memory[None])[0])
 
 
-def _with_multipliers(scene: Scene, state: State) -> State:
-    """A state that does not say what the multipliers of constraints are, with those of the equations of motion."""
-    laws = [state.memory.get(name, math.nan) for name in scene.info.memory]
-    found = scene.multipliers(np.array([state.t]), state.u[None], state.v[None], np.array([laws]))[0]
-    return replace(state, memory={**state.memory, **dict(zip(scene.info.multipliers, found.tolist(), strict=True))})
+def _with_reactions(scene: Scene, state: State) -> State:
+    """A state that does not say what multipliers and pressures are, with those of the equations of motion."""
+    at = np.array([state.t]), state.u[None], state.v[None]
+    memory = np.array([[state.memory.get(name, 0.0) for name in scene.info.memory]])
+    laws, c = scene.info.laws, len(scene.info.multipliers)
+    if scene.info.contacts:
+        memory[:, laws + c :] = pressures(scene, *at, memory)
+    if c:
+        memory[:, laws : laws + c] = scene.multipliers(*at, memory)
+    names = scene.info.memory[laws:]
+    return replace(state, memory={**state.memory, **dict(zip(names, memory[0, laws:].tolist(), strict=True))})
 
 
 def _memory(scene: Scene, state: State | None) -> Array | None:

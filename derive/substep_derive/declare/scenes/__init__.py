@@ -1,6 +1,6 @@
 """Declarations of scenes, one system a file; ALL holds them in the order in which they are listed."""
 
-from . import constrained, contact, hysteretic, lagrange, mechanisms, nonlinear, oscillator, pendulum
+from . import constrained, contact, hysteretic, impact, lagrange, mechanisms, nonlinear, oscillator, pendulum
 
 ALL = (
     *oscillator.ALL,
@@ -11,4 +11,5 @@ ALL = (
     *lagrange.ALL,
     *constrained.ALL,
     *mechanisms.ALL,
+    *impact.ALL,
 )

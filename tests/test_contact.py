@@ -1,0 +1,162 @@
+"""Contacts of a scene: against steps by hand, and what impacts do to energy, over the phase of the impact in a step."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from substep_derive import DeclarationError, Scene, rate
+from sympy import Symbol
+from test_constraints import TAKEN, VERIFY
+
+import substep as ss
+
+Array = np.ndarray
+H, PHASES = 0.1, 32
+SOME = ("generalized_alpha", "bathe", "energy_momentum")
+NEVER_GAIN = {"backward_euler", "energy_momentum", "houbolt"}
+u, v = Symbol("u"), rate(Symbol("u"))
+
+
+def leaving(scheme: Any) -> Array:
+    """Velocities with which a mass point leaves a floor that it meets with 1, by phases of the impact in a step."""
+    starts = 1 + H * np.arange(PHASES) / PHASES
+    ds = ss.sweep("mass_on_floor", scheme, dt=H, t_end=3.0, keep="final", u0=starts, progress=False)
+    assert not ds.status.values.any()
+    return ds.v.values[:, 0]
+
+
+def newmark(h: float, x: Array, beta: float, gamma: float) -> Array:
+    """u, v, a, pressure of a unit mass without forces over a floor, a step later: open, or else closed."""
+    u, v, a, _ = x
+    free = u + h * v + h**2 * (0.5 - beta) * a
+    new = 0.0 if free >= 0.0 else -free / (beta * h**2)
+    return np.array([free + beta * h**2 * new, v + h * ((1 - gamma) * a + gamma * new), new, new])
+
+
+def generalized_alpha(h: float, x: Array, rho: float) -> Array:
+    """The same: inertia and pressures at both ends are mixed."""
+    m, f = (2 * rho - 1) / (rho + 1), rho / (rho + 1)
+    beta, gamma = (1 - m + f) ** 2 / 4, 0.5 - m + f
+    u, v, a, old = x
+    free, at_zero = (
+        u + h * v + h**2 * (0.5 - beta) * a,
+        (f * old - m * a) / (1 - m),
+    )  # the acceleration without pressure
+    if free + beta * h**2 * at_zero >= 0.0:
+        new, pressure = at_zero, 0.0
+    else:
+        new = -free / (beta * h**2)
+        pressure = ((1 - m) * new + m * a - f * old) / (1 - f)
+    return np.array([free + beta * h**2 * new, v + h * ((1 - gamma) * a + gamma * new), new, pressure])
+
+
+def bathe(h: float, x: Array) -> Array:
+    """Both sub-steps, the second of three-point backward Euler."""
+    u, v, _, _ = x
+    um, vm, _, _ = newmark(h / 2, x, 0.25, 0.5)
+    at_rest = (4 * vm - v) / 3
+    free = (at_rest * h - u + 4 * um) / 3
+    new = 0.0 if free >= 0.0 else -9 * free / h**2
+    return np.array([free + h**2 * new / 9, at_rest + h * new / 3, new, new])
+
+
+BY_HAND = {
+    "newmark": ({"beta": 0.3025, "gamma": 0.6}, lambda h, x: newmark(h, x, 0.3025, 0.6)),
+    "average_acceleration": ({}, lambda h, x: newmark(h, x, 0.25, 0.5)),
+    "generalized_alpha": ({"rho_inf": 0.8}, lambda h, x: generalized_alpha(h, x, 0.8)),
+    "bathe": ({}, bathe),
+}
+
+
+@pytest.mark.parametrize("name", [name for name in BY_HAND if VERIFY or name in SOME])
+def test_steps_are_those_written_by_hand(name: str) -> None:
+    parameters, step = BY_HAND[name]
+    for phase in (0.0, 0.3, 0.55, 0.9):
+        scene = ss.scene("mass_on_floor", u0=0.5 + H * phase)
+        r = ss.march(scene, ss.scheme(name, **parameters), dt=H, t_end=1.5)
+        x = np.array([scene.u0[0], -1.0, 0.0, 0.0])
+        for k in range(1, len(r.t)):
+            x = step(H, x)
+            assert np.allclose([r.u[k, 0], r.v[k, 0], r.memory["floor"][k]], x[[0, 1, 3]], rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", TAKEN if VERIFY else SOME)
+def test_of_gap_and_pressure_one_is_0_and_none_is_negative(name: str) -> None:
+    r = ss.march(ss.scene("two_masses_on_floor", g=10.0), name, dt=0.01, t_end=1.5)
+    gap, pressure = r.gaps["floor"], r.memory["floor"]
+    assert r.status == "completed"
+    assert pressure.max() > 20.0  # it has met the floor, and weighs more than on it
+    if name not in ("energy_momentum", "hht_alpha_mixed_displacement", "generalized_alpha_mixed_displacement"):
+        assert np.abs(np.minimum(gap, pressure)).max() < 1e-9
+    assert gap.min() > -1e-12
+
+
+def test_what_a_mass_point_leaves_with_depends_on_the_phase_of_the_impact() -> None:
+    """From an independent prototype: the trapezoidal rule 0.35 to 2.95, BDF2 0.37 to 1.23, Newmark of 1/2 exactly 1."""
+    trapezoidal, bdf2 = leaving("average_acceleration"), leaving("bdf2")
+    assert (trapezoidal.min(), trapezoidal.max()) == (pytest.approx(0.375, abs=0.03), pytest.approx(3.0, abs=0.07))
+    assert (bdf2.min(), bdf2.max()) == (pytest.approx(0.36, abs=0.02), pytest.approx(1.25, abs=0.03))
+    assert np.allclose(leaving(ss.scheme("newmark", beta=0.5, gamma=0.5)), 1.0, rtol=0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", sorted(NEVER_GAIN) if VERIFY else ["backward_euler"])
+def test_some_never_gain_energy(name: str) -> None:
+    assert leaving(name).max() <= 1.0 + 1e-9
+
+
+@pytest.mark.thorough
+def test_all_others_do() -> None:
+    assert {name for name in TAKEN if leaving(name).max() <= 1.0 + 1e-9} == NEVER_GAIN
+
+
+def test_a_mass_at_rest_stays_and_the_floor_bears_its_weight() -> None:
+    scene = ss.scene("mass_on_floor", m=2.0, u0=0.0, v0=0.0, g=9.81)
+    assert scene.a0[0] == 0.0
+    for name in ("bathe", "generalized_alpha"):
+        r = ss.march(scene, name, dt=0.01, t_end=0.5)
+        assert np.abs(r.u).max() < 1e-14
+        assert np.allclose(r.memory["floor"], 19.62, rtol=1e-9)
+
+
+def test_a_rod_that_meets_a_wall() -> None:
+    """A constraint and a contact together: the pendulum swings to x = -0.5 at most, and its rod keeps its length."""
+    x, y, L = Symbol("x"), Symbol("y"), 1
+    walled = Scene(
+        "walled_pendulum", coordinates={x: "m", y: "m"}, kinetic=(rate(x) ** 2 + rate(y) ** 2) / 2, potential=9.81 * y,
+        constraints={"rod": (x**2 + y**2 - L**2) / 2}, contacts={"wall": x + 0.5}, parameters=(),
+        start={x: 1, y: 0, rate(x): 0, rate(y): 0}, length=1,
+    )  # fmt: skip
+    r = ss.march(ss.scene(walled), "bdf2", dt=0.005, t_end=2.0)
+    assert r.status == "completed"
+    assert r.gaps["wall"].min() > -1e-12
+    assert r.memory["wall"].max() > 1.0
+    assert np.abs((r.u**2).sum(axis=1) - 1.0).max() < 1e-12
+    assert np.abs(r.u[:, 0]).max() > 0.999
+
+
+def test_lanes_are_single_runs_and_a_run_goes_on() -> None:
+    starts = np.linspace(0.4, 0.6, 20)
+    ds = ss.sweep("two_masses_on_floor", "bdf2", dt=0.01, t_end=1.0, keep="final", u0=starts, g=10.0, progress=False)
+    for u0, end in zip(starts[::7], ds.u.values[::7], strict=True):
+        one = ss.march(ss.scene("two_masses_on_floor", u0=u0, g=10.0), "bdf2", dt=0.01, t_end=1.0)
+        assert np.allclose(end, one.u[-1], rtol=0.0, atol=1e-10)
+    scene = ss.scene("two_masses_on_floor", g=10.0)
+    whole, first = (ss.march(scene, "bdf2", dt=0.01, t_end=t) for t in (1.0, 0.4))
+    assert np.array_equal(ss.march(scene, "bdf2", dt=0.01, t_end=1.0, start=first).u, whole.u[40:])
+
+
+def test_bad_starts_and_declarations_are_refused() -> None:
+    with pytest.raises(ValueError, match="gaps of 0 or more in impact_oscillator, got -0.5 of 'stop'"):
+        ss.scene("impact_oscillator", u0=0.5)
+    with pytest.raises(ValueError, match="is explicit"):
+        ss.march("mass_on_floor", "central_difference", dt=H, t_end=1.0)
+    with pytest.raises(DeclarationError, match="constraints where steps change"):
+        ss.march("mass_on_floor", "bathe", tol=1e-3, t_end=1.0)
+    given: dict[str, Any] = {
+        "coordinates": {u: "m"}, "kinetic": v**2 / 2, "potential": u, "parameters": (), "start": {u: 1, v: 0},
+        "length": 1,
+    }  # fmt: skip
+    with pytest.raises(DeclarationError, match="contact floor to depend on coordinates"):
+        Scene("still", **given, contacts={"floor": Symbol("t")})
+    with pytest.raises(DeclarationError, match="got 'floor' twice"):
+        Scene("twice", **given, contacts={"floor": u}, constraints={"floor": u - 1})
