@@ -14,7 +14,22 @@ from declared import BY_NAME, UNDAMPED
 from lagrange_oracle import BY_HAND, equations, generalized_alpha, generalized_alpha_of_forces, marched
 from plain_kernels import text_of, uncompiled
 from scipy.integrate import solve_ivp
-from substep_derive import DeclarationError, Scene, acceleration, optional, rate, required, sampled, t
+from substep_derive import (
+    Balance,
+    DeclarationError,
+    N,
+    Scene,
+    Scheme,
+    acceleration,
+    f,
+    h,
+    knot,
+    optional,
+    rate,
+    required,
+    sampled,
+    t,
+)  # fmt: skip
 from substep_derive.declare.catalogue import find_law, find_scene
 from substep_derive.declare.scenes import lagrange
 from substep_derive.motion.equations import EquationsOfMotion
@@ -108,9 +123,8 @@ def test_what_cannot_take_a_moving_mass_is_refused_by_name(scheme: str) -> None:
         "coefficients from matrices" if scheme in OF_MATRICES
         else "discrete gradient" if scheme in DISCRETE else r"scheme for u'' = g\(t, u\)"
     )  # fmt: skip
-    for step in ({"dt": 0.01}, {"tol": 1e-6}):
-        if scheme in OF_MATRICES and "tol" in step and BY_NAME[scheme].start != {}:
-            continue  # which are refused for that
+    chosen = [{"tol": 1e-6}] if scheme in {*DISCRETE, "kr_alpha_plain_start", "rkn43"} else []  # which could take it
+    for step in ({"dt": 0.01}, *chosen):
         with pytest.raises(ValueError, match=f"^{scheme} .*{reason}.*double_pendulum"):
             ss.march("double_pendulum", scheme, t_end=1.0, **step)
 
@@ -204,6 +218,24 @@ def declared(**changes: Any) -> Scene:
 def test_a_declaration_that_defines_no_motion_is_refused(changes: Any, message: str) -> None:
     with pytest.raises(DeclarationError, match=f"^mine: .*{message}"):
         declared(**changes)
+
+
+def test_balances_without_a_reading_are_refused() -> None:
+    """Of schemes of one's own: two knots that depend on the unknown, or a damping that mixes other velocities."""
+    (u0, v0, a0), (u1, v1, a1) = knot(0), knot(1)
+    relations = {u1: u0 + h * v0 + h**2 / 4 * (a0 + a1), v1: v0 + h / 2 * (a0 + a1)}
+
+    def with_force(force: Any) -> Scheme:
+        return Scheme("mine", relations=relations, balances=(Balance(a1, v1, force, f(1)),))
+
+    two, lagging = with_force((N(u1) + N((u0 + u1) / 2)) / 2), with_force((N(u1) + N(u0)) / 2)
+    for scheme, scene, said in (
+        (two, "kapitza", "at one knot that depends on the new acceleration, got 2 such on kapitza"),
+        (lagging, "van_der_pol", "damping mixes the velocities of the knots"),
+    ):
+        with pytest.raises(DeclarationError, match=f"^mine: expected .*{said}"):
+            uncommitted_pair(scheme, scene)
+    assert "once0_0" in text_of(uncommitted_pair(lagging, "kapitza"))  # which asks for no velocity
 
 
 def test_a_start_at_which_the_mass_is_singular_is_refused() -> None:
@@ -334,6 +366,25 @@ def test_a_law_acts_where_the_mass_moves() -> None:
 
 
 @pytest.mark.usefixtures("plainly")
+@pytest.mark.parametrize("scheme", ["average_acceleration", "generalized_alpha", "backward_euler", "bathe"])
+def test_a_force_that_is_steep_at_rest_is_not_passed_over(scheme: str) -> None:
+    """Of sqrt(|v|), whose slope has no bound where a run from rest begins: each step fulfils its balance."""
+    steep = declared(
+        coordinates={u: "m"}, kinetic=rate(u) ** 2 / 2, parameters=(), start={u: 1, rate(u): 0},
+        potential=u**2 / 2, dissipation=Abs(rate(u)) ** Rational(3, 2) / 5,
+    )  # fmt: skip
+    r = ss.march(steep, scheme, 0.01, 0.5)
+    assert r.status == "completed"
+    if scheme == "generalized_alpha":
+        force = -(r.u + 0.3 * np.sqrt(np.abs(r.v)) * np.sign(r.v))[:, 0]
+        a, am, af = r.a[:, 0], 1 / 3, 4 / 9
+        left = (1 - am) * a[1:] + am * a[:-1] - (1 - af) * force[1:] - af * force[:-1]
+    else:
+        left = (r.a + r.u + 0.3 * np.sqrt(np.abs(r.v)) * np.sign(r.v))[1:, 0]
+    assert np.abs(left).max() < 1e-9
+
+
+@pytest.mark.usefixtures("plainly")
 def test_a_damper_acts_along_a_bar_that_turns() -> None:
     """A law of the rate over an elongation that is not linear in the coordinates, against SciPy."""
     x, y = symbols("x y")
@@ -353,10 +404,15 @@ def test_a_damper_acts_along_a_bar_that_turns() -> None:
     assert np.log2(errors[0] / errors[1]) > 1.9
 
 
+@pytest.mark.usefixtures("plainly")
 def test_a_gain_of_energy_is_said_of_a_scene_that_keeps_it() -> None:
     """Also where its inertia has forces of rates, but not where forces give energy."""
     assert ss.scene("double_pendulum").info.conserves
     assert not any(ss.scene(name).info.conserves for name in ("cart_pole", "van_der_pol", "quadratic_drag"))
+    with pytest.warns(UserWarning, match="^forward_euler has gained energy on double_pendulum, which conserves it"):
+        ss.march("double_pendulum", "forward_euler", 0.05, 10.0)
+    r = ss.march(ss.scene("van_der_pol", q0=0.001), "rk4", 0.05, 20.0)
+    assert r.energy[-1] > 1000 * r.energy[0]
 
 
 @pytest.mark.usefixtures("plainly")

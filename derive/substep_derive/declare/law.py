@@ -188,17 +188,19 @@ def slope(expression: Expr, symbol: Expr) -> Expr:
     """The derivative, by branch: where arguments of Min or Max are equal, that of one of them."""
     if symbol not in expression.free_symbols:
         return Integer(0)
-    if not expression.has(larger, smaller, Piecewise):
+    if not expression.has(larger, smaller, where_at_least, Piecewise):
         return expression.diff(symbol)
     if isinstance(expression, larger | smaller):
         x, y = expression.args
         low, high = (y, x) if isinstance(expression, larger) else (x, y)
         return where_at_least(high, low, slope(x, symbol), slope(y, symbol))
+    if isinstance(expression, where_at_least):
+        a, b, x, y = expression.args
+        return where_at_least(a, b, slope(x, symbol), slope(y, symbol))
     if isinstance(expression, Piecewise):
         return Piecewise(*((slope(x, symbol), condition) for x, condition in expression.args))
-    parts = [Dummy() for _ in expression.args]
+    parts = [Dummy() if x.has(symbol) else x for x in expression.args]
     outer = expression.func(*parts)
-    total = sum(
-        (outer.diff(part) * slope(x, symbol) for part, x in zip(parts, expression.args, strict=True)), Integer(0)
-    )
-    return total.subs(dict(zip(parts, expression.args, strict=True)), simultaneous=True)
+    moving = {part: x for part, x in zip(parts, expression.args, strict=True) if isinstance(part, Dummy)}
+    total = sum((outer.diff(part) * slope(x, symbol) for part, x in moving.items()), Integer(0))
+    return total.subs(moving, simultaneous=True)

@@ -89,8 +89,9 @@ class absolute(Function):
     def _eval_power(self, expt: Expr) -> Expr | None:
         return self.args[0] ** expt if expt.is_even else None
 
-    def _latex(self, printer: Any) -> str:
-        return rf"\left|{printer.doprint(self.args[0])}\right|"
+    def _latex(self, printer: Any, exp: str | None = None) -> str:
+        text = rf"\left|{printer.doprint(self.args[0])}\right|"
+        return text if exp is None else rf"{text}^{{{exp}}}"
 
 
 class sign_of(Function):
@@ -106,6 +107,10 @@ class sign_of(Function):
     def fdiff(self, argindex: Any = 1) -> Expr:
         """The derivative, taken as 0: Newton's iteration copes with the jump at x = 0."""
         return S.Zero
+
+    def _latex(self, printer: Any, exp: str | None = None) -> str:
+        text = rf"\operatorname{{sign}}\left({printer.doprint(self.args[0])}\right)"
+        return text if exp is None else rf"{text}^{{{exp}}}"
 
 
 def by_branch(expression: Expr) -> Expr:

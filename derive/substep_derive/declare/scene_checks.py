@@ -6,10 +6,10 @@ Every check raises `DeclarationError`, which names the scene, the expression at 
 from collections.abc import Iterable, Mapping
 from typing import Any, Protocol
 
-from sympy import Expr, Interval, Matrix, Rational, Symbol, oo, sympify
+from sympy import Expr, Interval, Matrix, Max, Min, Piecewise, Rational, Symbol, eye, oo, sympify
 
 from .errors import DeclarationError
-from .law import Element
+from .law import Element, larger, slope, smaller, where_at_least
 from .names import check_scene
 from .parameter import Parameter
 from .symbols import sampled, t
@@ -177,6 +177,15 @@ def _mass(scene: _Declared) -> None:
             )
 
 
+def _decided(e: Expr) -> Expr:
+    """The expression with functions that SymPy evaluates at numbers."""
+    parts = [_decided(x) for x in e.args]
+    if isinstance(e, where_at_least):
+        a, b, x, y = parts
+        return Piecewise((x, a >= b), (y, True))
+    return {larger: Max, smaller: Min}.get(e.func, e.func)(*parts) if parts else e
+
+
 def _dissipation(scene: _Declared) -> None:
     """That a dissipation is convex in the rates, tried where all its parameters are known not to be negative."""
     e, q, v = scene.dissipation, tuple(scene.coordinates), scene.rates
@@ -184,10 +193,11 @@ def _dissipation(scene: _Declared) -> None:
     if e == 0 or not all(p.domain.is_subset(NOT_NEGATIVE) for p in held):
         return
     values = {p.symbol: p.inside(Rational(3, 7)) for p in held}
-    second = hessian(e, v).subs(values | {x: Rational(3, 5 + k) for k, x in enumerate(q)})
+    values |= {x: Rational(3, 5 + k) for k, x in enumerate(q)}
+    second = Matrix([[_decided(slope(slope(e, a), b)) for b in v] for a in v]).subs(values)
     for shift in range(len(TRIED)):
         rates = {x: TRIED[(k + shift) % len(TRIED)] for k, x in enumerate(v)}
-        numbers = second.subs(rates).evalf(30)
+        numbers = second.subs(rates).evalf(30) + TINY * eye(len(v))
         if not numbers.is_positive_semidefinite:
             raise DeclarationError(
                 f"{scene.name}: expected a dissipation that is convex in {', '.join(map(str, v))}, so that it takes "

@@ -12,6 +12,7 @@ of each of them, of which C then multiplies the same mixture. The time is that a
 passes the displacement. The row is multiplied by the mass at the one knot that depends on the unknown.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from sympy import Abs, Dummy, Expr, Integer, Matrix, Symbol, factor, sympify, zeros
@@ -58,12 +59,11 @@ def general_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
     """One balance; it is iterated if its force depends on the unknown."""
     w.unknown = multipliers_of(w, k)
     at = _At(w, k, stage)
-    z, at_rest = at.z, dict.fromkeys(at.z, Integer(0))
-    before, reached, reach = Assignments(), Assignments(), dict[Symbol, Expr]()
+    z, before, reached, reach = at.z, Assignments(), Assignments(), dict[Symbol, Expr]()
     for number, s in enumerate(sorted(stage.moved, key=str)):
         whole, predictor = at.in_z(s), w.components(predicted(number))
         reach[s] = whole[0].diff(z[0])
-        before += assign(predictor, whole.subs(at_rest))
+        before += assign(predictor, at.at_rest(whole))
         reached += assign(w.components(s), predictor + reach[s] * z)
     after = reached + written(w, {s: e for s, e in stage.in_z.items() if s in wanted and s not in reach})
     inertia, places = at.in_z(stage.balance.inertia), _places(stage, w)
@@ -71,29 +71,38 @@ def general_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
     load = w.vector(stage.balance.load) / sum((place.weight for place in places), Integer(0))
     for place in places:
         if place not in moving:
-            mass, force = at.equation(place, at.in_z(place.u), at.in_z(place.v))
-            inertia += place.weight * solved(mass, force - load)
-    c_a, rest = inertia[0].diff(z[0]), w.hoisted(inertia.subs(at_rest))
-    if not moving:
-        nothing = zeros(w.size)
-        found = [(z[i], w.hoist(-e / c_a)) for i, e in enumerate(rest)]
-        return BalanceStep(
-            k, z, before, [], zeros(w.size, 1), nothing, nothing, None, Integer(0), after, nothing, solved=found
-        )
+            inertia += at.acceleration(place, at.in_z(place.u), at.in_z(place.v), load)
     if len(moving) > 1:
         raise DeclarationError(
             f"{w.scheme.name}: expected balances that take the force at one knot that depends on the new acceleration, "
             f"got {len(moving)} such on {w.motion.scene.name}, where the equation of motion is taken at each; take "
             "another scheme"
         )
-    (place,) = moving
-    within = list(reached)  # what every iteration assigns
+    if moving:
+        found = _iterated(at, last, moving[0], inertia, load, reach)
+        return replace(found, before=before + found.before, moving=reached + found.moving, after=after)
+    nothing = zeros(w.size)
+    explicit = assign(z, w.hoisted(-at.at_rest(inertia) / inertia[0].diff(z[0])))
+    return BalanceStep(
+        k, z, before, [], zeros(w.size, 1), nothing, nothing, None, Integer(0), after, nothing, solved=explicit
+    )
+
+
+def _iterated(
+    at: "_At", last: Symbol, place: Place, inertia: Matrix, load: Matrix, reach: Mapping[Symbol, Expr]
+) -> BalanceStep:
+    """The balance that is iterated, without what is computed of displacements; inertia: with the known accelerations.
+
+    last: the displacement last solved for. reach: of each displacement that moves with z, its derivative by it.
+    """
+    w, z = at.w, at.z
+    before, within = Assignments(), Assignments()
     vectors = [(w.components(s), c) for s, c in reach.items()]  # that move with z, and their derivatives by it
 
     def named(kind: str, whole: Matrix) -> Matrix:
         """Names of a vector that moves with z, assigned in every iteration from its value at z = 0."""
         name, star = (w.components(Symbol(f"{kind}_*{label}")) for label in ("at", "star"))
-        before.extend(assign(star, w.hoisted(whole.subs(at_rest))))
+        before.extend(assign(star, w.hoisted(at.at_rest(whole))))
         within.extend(assign(name, star + whole[0].diff(z[0]) * z))
         return name
 
@@ -107,6 +116,7 @@ def general_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
     if w.motion.of_rates and v.has(*z):
         vectors.append((named("v", v), v[0].diff(z[0])))
         v = vectors[-1][0]
+    c_a, rest = inertia[0].diff(z[0]), w.hoisted(at.at_rest(inertia))
     a = z if rest.is_zero_matrix and c_a == 1 else named("a", inertia)
     mass, force = at.equation(place, u, v)
     residual, jacobian = mass * a + place.weight * (force - load), c_a * mass
@@ -114,15 +124,20 @@ def general_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
         jacobian += Matrix([[slope(e, s) for s in names] for e in residual]) * rate
     if w.motion.scene.multipliers:
         residual, jacobian = constrained(w, reach, residual, jacobian, residual)
-    steady = _Steady(k, {s for m in (z, a, w.unknown, *(names for names, _ in vectors)) for s in m.free_symbols})
+    steady = _Steady(at.k, {s for m in (z, a, w.unknown, *(names for names, _ in vectors)) for s in m.free_symbols})
     residual, jacobian = (w.hoisted(m).applyfunc(steady.without) for m in (residual, jacobian))
-    c_u = next(iter(reach.values()), Integer(0))
-    first = (w.components(last) - w.components(predicted(0))) * w.reciprocal(c_u, c_u) if c_u != 0 else zeros(w.size, 1)
-    far = Abs(c_u) + Abs(h * stage.c_v) if w.motion.of_rates else c_u
+    c_u, first = next(iter(reach.values()), Integer(0)), zeros(w.size, 1)
+    if w.motion.bends_at_rest:  # as if there were no force of the rates, whose slope may have no bound at the last z
+        still = at.acceleration(place, at.at_rest(at.in_z(place.u)), zeros(w.size, 1), load)
+        first = w.hoisted(-(rest + still) / c_a).subs(dict(zip(w.unknown, w.reactions.get(last, ()), strict=True)))
+    elif c_u != 0:
+        first = (w.components(last) - w.components(predicted(0))) * w.reciprocal(c_u, c_u)
+    far = Abs(c_u) + Abs(h * at.stage.c_v) if w.motion.of_rates else c_u
+    before += steady.assignments
     unknown, first = with_multipliers(w, reach, last, z, first)
     return BalanceStep(
-        k, unknown, [*before, *steady.assignments], within, residual, jacobian, Matrix(), first, far, after,
-        c_a * mass, multipliers=len(w.unknown), contacts=len(w.motion.scene.contacts),
+        at.k, unknown, before, within, residual, jacobian, Matrix(), first, far, [], c_a * mass,
+        multipliers=len(w.unknown), contacts=len(w.motion.scene.contacts),
     )  # fmt: skip
 
 
@@ -130,7 +145,16 @@ class _At:
     """Evaluates what a balance takes at a knot."""
 
     def __init__(self, w: Writer, k: int, stage: Stage) -> None:
-        self.w, self.stage, self.z = w, stage, w.components(stage.z)
+        self.w, self.k, self.stage, self.z = w, k, stage, w.components(stage.z)
+
+    def at_rest(self, vector: Matrix) -> Matrix:
+        """The vector at z = 0."""
+        return vector.subs(dict.fromkeys(self.z, Integer(0)))
+
+    def acceleration(self, place: Place, u: Matrix, v: Matrix, load: Matrix) -> Matrix:
+        """Minus the acceleration there under the load, times the weight."""
+        mass, force = self.equation(place, u, v)
+        return place.weight * solved(mass, force - load)
 
     def in_z(self, e: Expr) -> Matrix:
         """Components of a vector in those of the unknown and of what is known."""

@@ -15,12 +15,15 @@ from sympy import (
     diag,
     factor,
     factor_terms,
+    nan,
+    oo,
     powdenest,
     simplify,
     sqrt,
     sympify,
     trigsimp,
     zeros,
+    zoo,
 )
 
 from ..declare.errors import DeclarationError
@@ -85,6 +88,13 @@ class EquationsOfMotion:
     def of_rates(self) -> bool:
         """Whether any force but that of a constant damping depends on the rates of the coordinates."""
         return not self.rate_force.is_zero_matrix
+
+    @cached_property
+    def bends_at_rest(self) -> bool:
+        """Whether the slope of those forces by the rates has no bound where all rates are 0, as that of sqrt(|v|)."""
+        v = self.scene.rates
+        at_rest = (slope(e, r).subs(dict.fromkeys(v, 0)) for e in self.rate_force for r in v)
+        return any(e.has(zoo, nan, oo) for e in at_rest)
 
     def _hessian(self, energy: Expr) -> Matrix:
         return Matrix([energy]).jacobian(self.scene.rates).jacobian(self.scene.rates)
