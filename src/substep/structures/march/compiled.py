@@ -178,4 +178,4 @@ def _springs(springs: Springs) -> tuple[Any, ...]:
         _firsts([where for _, where in springs.groups]), _firsts([table.ravel() for table in tables]),
         _firsts(kept), np.concatenate([table.ravel() for table in tables]),
     )  # fmt: skip
-    return (B.indptr.astype(np.int64), B.indices.astype(np.int64), B.data), laws
+    return (B.indptr.astype(np.uint64), B.indices.astype(np.uint64), B.data), laws  # unsigned: none is below 0
