@@ -230,7 +230,7 @@ def test_a_store_holds_what_is_remembered(scheme: str, stride: int, tmp_path: An
                 assert np.array_equal(r.springs.forces, whole.springs.forces)
         if name == "kernel":
             other = ss.structure(mass, springs=[(B, ss.law("bilinear", k=K, q_y=0.9 * Q_Y)), damper])
-            with pytest.raises(ValueError, match="another springs"):
+            with pytest.raises(ValueError, match="springs; give save"):
                 ss.march(other.ground_motion(RECORD, 1.0), scheme, t_end=1.5, **options, save=tmp_path / name)
 
 

@@ -67,10 +67,18 @@ def called(kernel: Callable[..., None]) -> Callable[..., None]:
     """A kernel of a whole number and contiguous arrays, which it takes as flat ones, as a function in Python."""
     at = address(kernel)
     if not isinstance(at, int):
-        return lambda n, *arrays: at(n, *(x.reshape(-1) for x in arrays))
+
+        def flat(n: int, *arrays: Array) -> None:
+            at(n, *(x.reshape(-1) for x in arrays))
+
+        return flat
     kinds = [ctypes.c_void_p] * (kernel.__code__.co_argcount - 1)
-    function = ctypes.CFUNCTYPE(None, ctypes.c_int64, *kinds)(at)
-    return lambda n, *arrays: function(n, *(x.ctypes.data for x in arrays))
+    function: Any = ctypes.CFUNCTYPE(None, ctypes.c_int64, *kinds)(at)
+
+    def call(n: int, *arrays: Array) -> None:
+        function(n, *(x.ctypes.data for x in arrays))
+
+    return call
 
 
 def compiles() -> bool:

@@ -69,8 +69,8 @@ class Law:
         """
         e = np.atleast_1d(np.ascontiguousarray(e, dtype=float))
         memory = np.ascontiguousarray(self.unstrained(e.size) if memory is None else memory)
-        force, tangent, damping, stored, rates = np.empty((5, *e.shape))
-        rates[:] = e_dot
+        force, tangent, damping, stored, rates = (np.empty(e.shape) for _ in range(5))
+        rates[...] = e_dot
         new, table, since = np.empty_like(memory), self.table(e.shape), np.array([elapsed], dtype=float)
         called(self.module.evaluate)(e.size, table, e, rates, memory, since, force, tangent, damping, new, stored)
         return Evaluated(force, tangent, damping, new, stored)

@@ -48,9 +48,9 @@ def _add_product(columns, spans, factor, x, out):
         out[i], out[i + 1], out[i + 2], out[i + 3] = a, b, c, d
 
 
-@_inline
+@_rounded
 def _elongations(B, u, out):
-    """B u (s,)."""
+    """B u (s,), to the bit as SciPy has it."""
     first, columns, entries = B
     for s in range(out.size):
         total = 0.0
@@ -192,7 +192,7 @@ def _solved(i, linear, d, B, kept, x, out):
     matrix is regular.
     """
     keys, factors, orders, spans, whole, filled, recent = kept
-    count, most, slot, n = filled[i], keys.shape[1], -1, len(linear)
+    count, slot, n = filled[i], -1, len(linear)
     for back in range(count):
         other = recent[i] - back
         other = other if other >= 0 else other + count
@@ -203,7 +203,7 @@ def _solved(i, linear, d, B, kept, x, out):
             slot = other
             break
     if slot < 0:
-        slot = count if count < most else (recent[i] + 1) % most
+        slot = count if count < KEPT else (recent[i] + 1) % KEPT
         A, (first, columns, entries) = factors[i, slot], B
         for k in range(n):
             _copy(linear[k], A[k])

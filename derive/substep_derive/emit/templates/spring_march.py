@@ -24,7 +24,11 @@ _inline = njit(
     nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={{"contract"}},
     _nrt=False, forceinline=True,
 )
+_rounded = njit(
+    nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, _nrt=False, forceinline=True
+)
 
+KEPT = 8  # sets of slopes of which the factors are kept, of each system
 FEW = 24  # degrees of freedom up to which matrices are inverted
 REGULAR = 1e-13  # of the largest pivot so far: what the next one must be more than
 {call}{products}
@@ -243,7 +247,7 @@ def _step(X, loads, n, rules, plan, structure, springs, memories, kept, counts, 
 
 
 @_compile
-def march(state, memory, loads, rules, plan, out, report, structure, springs, results, room):
+def march(state, memory, loads, rules, plan, out, report, structure, springs, results):
     """As many steps as there are loads (I, steps, m), from the state (S, m) and what is remembered (k,).
 
     rules: of Newton's iteration, as `substep.structures.march.newton` has them. plan: of each system four rows (4, V),
@@ -254,19 +258,32 @@ def march(state, memory, loads, rules, plan, out, report, structure, springs, re
     commits, the last of which ends the step, and of each the force that is taken there, or -1. out (S, V): the next
     state; report (R, V). structure: the four matrices, their spans, and the largest stiffness. springs: B; of each law
     its address, first spring, parameter and number remembered, and all parameters; whether some read rates. results:
-    reports (steps, R, m), memories (steps, k), iterations (steps, I), largest displacements and shortened corrections
-    (I,) so far. room: X, the next state, memories (C + 1, k), shortened corrections of a step (I,), what `_solved`
-    keeps, the springs' part of `_step`, and vectors of the structure's.
+    reports (steps, R, m), memories (steps, k), elongations, forces and stored energies of springs (steps, 4, s) after
+    each step, with a row of room, iterations (steps, I), largest displacements and shortened corrections (I,) so far.
+    What is made here is known to overlap with nothing else, so that loops over it are faster than over what is given.
 
     Returns how many steps are done before one that fails; state and memory are then those after the last of them.
     """
-    reports, remembered, counts, largest, shortened = results
-    X, next_state, memories, shorter, kept, work, rooms = room
-    S, V, done = len(out), out.shape[1], 0
+    reports, remembered, answers, counts, largest, shortened = results
+    B, laws, of_rate = springs
+    (I, steps, m), (S, V), n, s, k = loads.shape, out.shape, structure[0].shape[1], answers.shape[2], memory.size
+    F = max(len(plan[7][0]), 1)
+    X, next_state, memories = np.zeros((V, m)), np.empty((S, m)), np.empty((len(plan[11]) + 1, k))
+    shorter, done, at_once, whole = np.zeros(I, np.int64), 0, np.zeros(1), np.zeros((m >> 2, 2), np.int64)
+    for r in range(m >> 2):
+        whole[r, 1] = n
+    kept = (
+        np.empty((I, KEPT, s)), np.empty((I, KEPT, n, m)), np.empty((I, KEPT, n), np.int64),
+        np.empty((I, KEPT, n, 2), np.int64), whole, np.zeros(I, np.int64), np.zeros(I, np.int64),
+    )
+    found, new, rates = np.empty((F, 4, s)), np.empty((F, k)), np.empty(s)
+    work = found, np.empty((F, s)), rates, np.empty(s), np.empty(s), np.empty(s), np.empty(s), new
+    room = np.empty(m), np.empty(m), np.empty(m), np.empty(m), np.empty(m), np.empty(m), np.empty(s)
+    rooms = np.empty(m), np.empty(m), np.empty(m), np.empty(s), room
     for r in range(S):
         _copy(state[r], X[r])
     _copy(memory, memories[0])
-    for step in range(loads.shape[1]):
+    for step in range(steps):
         for i in range(shorter.size):
             shorter[i] = 0
         level = _step(
@@ -282,6 +299,13 @@ def march(state, memory, loads, rules, plan, out, report, structure, springs, re
             _copy(next_state[r], X[r])
         _copy(memories[level], memories[0])
         _copy(memories[0], remembered[step])
+        _elongations(B, reports[step, 0], answers[step, 0])
+        rates[:] = 0.0
+        if of_rate:
+            _elongations(B, reports[step, 1], rates)
+        _answer(laws, answers[step, 0], rates, memories[0], at_once, found[0], new[0])
+        _copy(found[0, 0], answers[step, 1])
+        _copy(found[0, 3], answers[step, 2])
         for i in range(shorter.size):
             shortened[i] += shorter[i]
         done += 1

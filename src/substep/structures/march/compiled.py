@@ -25,7 +25,6 @@ from .scheme_plan import Force, Steps, System, step_of
 from .steps import StructureSteps
 from .time_loop import Stretch
 
-KEPT = 8  # sets of slopes of which the factors are kept, of each system
 SMALL = 100  # free degrees of freedom, and springs, up to which a kernel computes the steps
 RULES = (
     newton.TOLERANCE, newton.EXACT, newton.ROUNDING, newton.TOO_FAR, newton.SMALL, newton.BALANCED, newton.ITERATIONS,
@@ -42,7 +41,6 @@ class CompiledSteps:
     kernels: ModuleType
     steps: Steps
     arrays: tuple[Any, ...]
-    room: tuple[Any, ...]
     balances: list[int]
 
     @classmethod
@@ -61,9 +59,8 @@ class CompiledSteps:
         plan = _plan(steps, springs.of_rate, force.K is not None, matrices)
         structure = matrices, np.array([_spans(matrix) for matrix in matrices]), stiff
         arrays = RULES, plan, steps.out, steps.report, structure, (*_springs(springs), springs.of_rate)
-        room = _room(steps, *matrices.shape[1:], springs.size, sum(x.size for x in springs.unstrained))
         balances = [k for k, system in enumerate(steps.systems) if system.balance]
-        return cls(march, springs, spring_march_module(), steps, arrays, room, balances)
+        return cls(march, springs, spring_march_module(), steps, arrays, balances)
 
     def taken(self, X: Array, loads: Sequence[Array], ends: Array) -> Stretch:
         """The steps from X (V, n), which has begun, to the times `ends` (m,) under loads (m, J) of each system.
@@ -76,18 +73,19 @@ class CompiledSteps:
         memory = np.concatenate([rows.ravel() for rows in march.memory.springs])
         forces = np.array([values @ _padded(march.run.shapes.T) for values in loads]).reshape(-1, m, width)
         motion, remembered = np.empty((m, len(steps.report), width)), np.empty((m, len(memory)))
-        counts = np.empty((m, len(steps.systems)), np.int64)
+        counts, answers = np.empty((m, len(steps.systems)), np.int64), np.empty((m, 4, self.springs.size))
         largest = np.array([getattr(solver, "largest", 0.0) for solver in march.systems])
         shortened = np.zeros(len(march.systems), np.int64)
-        results = motion, remembered, counts, largest, shortened
-        done = self.kernels.march(state, memory, forces, *self.arrays, results, self.room)
+        results = motion, remembered, answers, counts, largest, shortened
+        done = self.kernels.march(state, memory, forces, *self.arrays, results)
         for solver, size, more in zip(march.systems, largest.tolist(), shortened.tolist(), strict=True):
             if isinstance(solver, NonlinearSystem):
                 solver.largest, solver.shortened = size, solver.shortened + more
-        of_springs = self._memories(remembered[:done])
-        return Stretch(
-            march, ends[:done], motion[:done, :, :n], of_springs, counts[:done, self.balances], state[:, :n].copy()
-        )
+        memories, places = self._memories(remembered[:done]), np.concatenate([x for _, x in self.springs.groups])
+        if len(self.springs.groups) > 1:
+            answers = answers[:, :, np.argsort(places)]
+        made = counts[:done, self.balances]
+        return Stretch(march, ends[:done], motion[:done, :, :n], memories, answers[:done], made, state[:, :n].copy())
 
     def _memories(self, rows: Array) -> Memory:
         """Of rows (m, ..) as the kernel has them."""
@@ -98,22 +96,6 @@ class CompiledSteps:
             found.append(rows[:, first:last].reshape(len(rows), *shape))
             first = last
         return Memory(tuple(found))
-
-
-def _room(steps: Steps, n: int, m: int, s: int, k: int) -> tuple[Any, ...]:
-    """What the kernel takes as `room`, for n degrees of freedom, padded to m, s springs and k numbers remembered."""
-    systems = len(steps.systems)
-    forces = sum(len(system.forces) for system in steps.systems)
-    levels = 2 + sum(len(system.commits) for system in steps.systems)
-    whole = np.tile(np.array([0, n]), (m // 4, 1))
-    kept = (
-        np.empty((systems, KEPT, s)), np.empty((systems, KEPT, n, m)), np.empty((systems, KEPT, n), np.int64),
-        np.empty((systems, KEPT, n, 2), np.int64), whole, np.zeros(systems, np.int64), np.zeros(systems, np.int64),
-    )  # fmt: skip
-    work = np.empty((max(forces, 1), 4, s)), np.empty((forces, s)), *np.empty((5, s)), np.empty((max(forces, 1), k))
-    vectors = *np.empty((3, m)), np.empty(s), (*np.empty((6, m)), np.empty(s))
-    shorter = np.zeros(systems, np.int64)
-    return np.zeros((steps.vectors, m)), np.empty((steps.given, m)), np.empty((levels, k)), shorter, kept, work, vectors
 
 
 def _padded(rows: Array) -> Array:
@@ -196,4 +178,4 @@ def _springs(springs: Springs) -> tuple[Any, ...]:
         _firsts([where for _, where in springs.groups]), _firsts([table.ravel() for table in tables]),
         _firsts(kept), np.concatenate([table.ravel() for table in tables]),
     )  # fmt: skip
-    return (B.indptr.astype(np.int64), B.indices.astype(np.int64), B.data), laws
+    return (B.indptr.astype(np.uint64), B.indices.astype(np.uint64), B.data), laws  # unsigned: none is below 0

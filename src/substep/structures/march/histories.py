@@ -133,21 +133,19 @@ class Histories(Kept):
         assert isinstance(force, RememberingForce)
         assert self.springs is not None
         numbers = np.arange(done + 1, done + len(motion) + 1)
-        kept = numbers % self.stride == 0
+        kept = slice(None) if self.stride == 1 else np.flatnonzero(numbers % self.stride == 0)
         self.iterations[done : numbers[-1]] = steps.counts
-        held, of_springs = force.along(motion[:, 0], motion[:, 1], memories)
-        self.springs.add_all(of_springs, memories, kept)
+        self.springs.add_all(steps.springs, memories, kept)
         self.springs.shortened = march.shortened
         if energies is not None:
             loads, half = (s.load_values(self.run.time(n)) for n in (numbers, numbers - 0.5))
-            stored = of_springs.stored.sum(axis=1)
+            held, stored = force.held(motion[:, 0], steps.springs[:, 1]), steps.springs[:, 2].sum(axis=1)
             if force.K is not None:
-                stored = stored + 0.5 * np.einsum("mn,mn->m", motion[:, 0], (force.K @ motion[:, 0].T).T)
+                stored += 0.5 * np.einsum("mn,mn->m", motion[:, 0], (force.K @ motion[:, 0].T).T)
             end, h = float(steps.t[-1]), self.run.h
             rows, energies = energies.along(s, motion[:, :2], end, h, loads, half, memories, held, stored)
             self.accounts.append(rows[kept])
-        if kept.any():
-            rows = motion[kept, : self.kinds]
+        if len(rows := motion[kept, : self.kinds]):
             selected, first = (
                 self.select(rows.reshape(-1, s.size)).reshape(*rows.shape[:2], -1),
                 done // self.stride + 1,
@@ -157,7 +155,7 @@ class Histories(Kept):
             else:
                 for place, row in enumerate(selected, first):
                     self.saved.put(place, row)
-        self._stand(done + len(motion), steps.state, energies, march.tangents, memories.at(-1), None, motion[-1])
+        self._stand(done + len(motion), steps.state, energies, march.tangents, memories.at(-1), None, motion[-1].copy())
 
     @property
     def kept(self) -> int:

@@ -5,12 +5,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...core.arrays import Array
 from ...core.memory import require_memory
 from ..model.memory import Memory, Recalled, RememberingForce
-from ..model.springs import Answers
 from .steps import Run
 
 
@@ -73,15 +71,14 @@ class SpringRows:
         if kept:
             self.kept.append(memory.at(None))
 
-    def add_all(self, found: Answers, memories: Memory, kept: NDArray[np.bool_]) -> None:
-        """Steps (m,), what springs answer after each, (m, s), and what is remembered; kept (m,): which are rows."""
-        now = np.stack([found.e, found.force], axis=1)
-        before = np.concatenate([self.latest[None, :2], now[:-1]])
-        work = 0.5 * (before[:, 1] + now[:, 1]) * (now[:, 0] - before[:, 0])
-        work[0] += self.latest[2]
-        work = np.cumsum(work, axis=0)
-        self.latest = np.array([*now[-1], work[-1]])
-        self.rows.append(np.stack([found.e, found.force, found.stored, work], axis=1)[kept])
+    def add_all(self, rows: Array, memories: Memory, kept: Any) -> None:
+        """Steps with their `Stretch.springs`, and what was remembered after each; kept: which of them are rows here."""
+        (e, q), (_, _, _, work) = self.latest[:2], np.moveaxis(rows, 1, 0)
+        work[0] = self.latest[2] + 0.5 * (q + rows[0, 1]) * (rows[0, 0] - e)
+        work[1:] = 0.5 * (rows[:-1, 1] + rows[1:, 1]) * np.diff(rows[:, 0], axis=0)
+        np.cumsum(work, axis=0, out=work)
+        self.latest = rows[-1, [0, 1, 3]]
+        self.rows.append(rows[kept])
         self.kept.append(memories.at(kept))
 
     def remembered(self, rows: int) -> Memory:

@@ -33,14 +33,16 @@ class Trial(NamedTuple):
 class Stretch(NamedTuple):
     """Complete steps of march to the times t (m,), s, none of which has failed.
 
-    motion (m, 2 or 3, n): what the scheme reports after each; memories: what was committed then, of m rows; counts
-    (m, balances): iterations; state (S, n): after the last.
+    motion (m, 2 or 3, n): what the scheme reports after each; memories: what was committed then, of m rows; springs
+    (m, 4, s): their elongations, forces and stored energies, and room for their work; counts (m, balances): iterations;
+    state (S, n): after the last.
     """
 
     march: StructureSteps
     t: Array
     motion: Array
     memories: Memory
+    springs: Array
     counts: Array
     state: Array
 

@@ -119,8 +119,13 @@ class RememberingForce:
         """The forces (m, n) at rows u, v (m, n), each from its memory, and what springs answer; without a material."""
         assert self.springs is not None
         found = self.springs.answers(u, v, memories.springs, elapsed)
-        force = self.springs.spread(found.force)
-        return force if self.K is None else force + (self.K @ u.T).T, found
+        return self.held(u, found.force), found
+
+    def held(self, u: Array, q: Array) -> Array:
+        """The forces (m, n) at rows u (m, n), of springs that bear q (m, s)."""
+        assert self.springs is not None
+        force = self.springs.spread(q)
+        return force if self.K is None else force + (self.K @ u.T).T
 
     def committed(self, t: float, u: Array, v: Array, recalled: Recalled) -> Memory:
         """What is remembered once it is committed here."""
