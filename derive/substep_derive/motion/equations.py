@@ -423,20 +423,20 @@ class EquationsOfMotion:
 
     @cached_property
     def angular_momentum(self) -> Expr | None:
-        """Noether's invariant of a rotation that leaves both energies as they are; None if there is none.
+        """Noether's invariant of a rotation that leaves energies and constraints as they are; None if there is none.
 
         For two coordinates the rotation of their plane, for one that is an angle its shift.
         """
         q, v = self.coordinates, self.scene.rates
-        V = self._whole_potential.subs(self.scene.invariants)
+        V = [self._whole_potential.subs(self.scene.invariants), *self.constraints]
         momenta = self.mass * Matrix(v)
         if len(q) == 2 and not self.kinetic.free_symbols & set(q):
-            torque = q[0] * V.diff(q[1]) - q[1] * V.diff(q[0])
+            torques = (q[0] * e.diff(q[1]) - q[1] * e.diff(q[0]) for e in V)
             isotropic = self.mass == diag(self.mass[0, 0], self.mass[0, 0])
-            if isotropic and simplify(torque) == 0:
+            if isotropic and all(simplify(torque) == 0 for torque in torques):
                 return q[0] * momenta[1] - q[1] * momenta[0]
         for k, angle in enumerate(q):
-            if self.scene.coordinates[angle] == "rad" and not (V.has(angle) or self.kinetic.has(angle)):
+            if self.scene.coordinates[angle] == "rad" and not any(e.has(angle) for e in (*V, self.kinetic)):
                 return momenta[k] + self._split[0].diff(v[k])
         return None
 
