@@ -228,3 +228,16 @@ def test_what_overflows_ends_with_a_status() -> None:
     assert r.status == other.status == "non_finite"
     assert r.t_failed == other.t_failed
     assert np.isfinite(r.u).all()
+
+
+def test_a_sweep_goes_on_where_a_case_overflows() -> None:
+    s, law = np.diag(M), ss.law("bilinear", k=K, q_y=Q_Y, alpha=0.03)
+    records = [ss.Record(0.05, x * RECORD.samples) for x in (0.0, 1.0)]
+    building = ss.structure(s, springs=[(B, law)])
+    options: dict[str, Any] = {"dt": 0.9, "t_end": 2700.0, "ground": records, "direction": 1.0}
+    found = ss.sweep(building, "central_difference", **options, keep="history")
+    assert found.status.values.tolist() == [0, 2]
+    u = found.u.values
+    assert (u[0] == 0.0).all()
+    assert np.isfinite(u[1, :100]).all()
+    assert np.isnan(u[1, -1]).all()

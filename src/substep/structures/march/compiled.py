@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from ...core.arrays import Array
 from ...core.kernel_modules import address, compiles
-from ...derived.modules import spring_march_module
 from ..model.memory import Memory, RememberingForce
 from ..model.springs import Springs
 from ..solvers.matrices import Matrix, is_operator
@@ -53,6 +52,8 @@ class CompiledSteps:
             return None
         if any(is_operator(matrix) for matrix in (s.M, s.damping, s.K, force.K)):
             return None
+        from ...derived.modules import spring_march_module  # noqa: PLC0415 (the one door to SymPy)
+
         springs, steps = force.springs, step_of(march.run.scheme, march.run.h)
         matrices = np.array([_by_columns(matrix, s.size) for matrix in (s.M, s.damping, s.K, force.K)])  # (4, n, m)
         stiff = float(np.abs(s.K.diagonal()).max())

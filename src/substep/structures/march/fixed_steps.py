@@ -77,8 +77,7 @@ class FixedSteps:
         first, begun = done, True
         while first < self.total:
             count = min(BLOCK if compiled is None else STRETCH, self.total - first)
-            loads, times = march.loads(first, count), march.times(first, count)
-            ends = run.time(np.arange(first, first + count) + 1)
+            loads, ends = march.loads(first, count), run.time(np.arange(first, first + count) + 1)
             if compiled is not None:
                 stretch = compiled.taken(X, loads, ends)
                 if made := len(stretch.t):
@@ -87,8 +86,9 @@ class FixedSteps:
                     first, begun = first + made, True
                 if made == count:
                     continue
-                loads, times, ends = [x[made:] for x in loads], times[made : made + 1], ends[made:]  # of one step more
-            for *rows, at, end in zip(*loads, times, ends.tolist(), strict=compiled is None):
+                compiled = compiled if made or not self.to_end else None  # where a step overflows all others do
+                count, loads, ends = 1, [x[made : made + 1] for x in loads], ends[made : made + 1]  # the one that fails
+            for *rows, at, end in zip(*loads, march.times(first, count), ends.tolist(), strict=True):
                 yield Trial(march, X, rows, at, end, run.h, not begun)
                 if self.status != "completed":
                     return
