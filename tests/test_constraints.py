@@ -64,7 +64,9 @@ def test_errors_fall_with_the_orders_that_are_derived(name: str) -> None:
     of = prescribed(name)
     assert of.velocity is not None
     assert of.multiplier is not None
-    expected = min(*ss.scheme(name).facts.order[:2], of.velocity.power)
+    order = ss.scheme(name).facts.order
+    assert order is not None
+    expected = min(*order[:2], of.velocity.power)
     orders = np.log2(errors(marched(name, 0.005)) / errors(marched(name, 0.0025)))
     if name not in CHANGES_SIGN:
         assert orders[0] > expected - 0.2, orders

@@ -166,7 +166,9 @@ def test_closed_forms_say_which_composites_have_a_multiplier_of_second_order() -
     term = derive("newmark_bdf2").prescribed.multiplier
     assert term is not None
     assert simplify(term.coefficient.subs(beta, second)) == 0
-    assert prescribed("newmark_bdf2", gamma_t="1/2", gamma="1/2", beta="1/2").multiplier.power == 2
+    term = prescribed("newmark_bdf2", gamma_t="1/2", gamma="1/2", beta="1/2").multiplier
+    assert term is not None
+    assert term.power == 2
     term = derive("rho_inf_bathe").prescribed.multiplier
     assert term is not None
     assert simplify(term.coefficient.subs({rho_inf: 0, gamma_t: sqrt(3) - 1})) == 0

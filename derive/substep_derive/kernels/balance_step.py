@@ -5,6 +5,7 @@ constant matrix c_a M + c_v C + c_u K, inverted once a run; Newton's iteration i
 depends on z.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from sympy import Add, Dummy, Expr, Integer, Matrix, Mul, Piecewise, Rational, S, Symbol, diag, oo, symbols, zeros
@@ -233,7 +234,7 @@ def multipliers_of(w: Writer, k: int) -> Matrix:
 
 
 def with_multipliers(
-    w: Writer, reach: dict[Symbol, Expr], last: Symbol, z: Matrix, first: Matrix
+    w: Writer, reach: Mapping[Symbol, Expr], last: Symbol, z: Matrix, first: Matrix
 ) -> tuple[Matrix, Matrix]:
     """The unknowns of a balance, z and its multipliers, and where they start: the multipliers at those before."""
     if not w.unknown:
@@ -244,7 +245,7 @@ def with_multipliers(
 
 
 def constrained(
-    w: Writer, reach: dict[Symbol, Expr], residual: Matrix, jacobian: Matrix, forces: Matrix
+    w: Writer, reach: Mapping[Symbol, Expr], residual: Matrix, jacobian: Matrix, forces: Matrix
 ) -> tuple[Matrix, Matrix]:
     """The residual with the constraints at the displacement that moves, and its derivative by z and multipliers.
 
@@ -263,7 +264,7 @@ def constrained(
         for j in range(w.size):
             below[k, j] = where_at_least(pressure, gap, -directions[k, j], Integer(0))
         below[k, w.size + k] = where_at_least(pressure, gap, Integer(0), Integer(1))
-    return Matrix([*residual, *held]), Matrix.vstack(Matrix.hstack(jacobian, by_multipliers), below)
+    return Matrix([*residual, *held]), Matrix([*Matrix.hstack(jacobian, by_multipliers).tolist(), *below.tolist()])
 
 
 def _rate_force(w: Writer, speed: Matrix, z: Matrix) -> tuple[Matrix, Matrix]:

@@ -125,7 +125,7 @@ class Body:
         last_commit = w.commit(report[0], Integer(1))
         remembered = w.memory(len(w.committed) - 1)
         memory: Assignments = list(zip(w.memory(0).values(), remembered.values(), strict=True))
-        memory += zip(_multipliers(motion), w.reactions.get(knot(1).u, w.unknown), strict=True)
+        memory += assign(_multipliers(motion), w.reactions.get(knot(1).u, w.unknown))
         at = dict(zip((*motion.coordinates, *motion.scene.rates), (*report[0], *report[1]), strict=True))
         energy = w.hoist(motion.energy.subs({**at, **remembered, t: w.instant(Integer(1))}, simultaneous=True))
         estimates = [w.vector(e) for e in errors]

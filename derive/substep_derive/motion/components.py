@@ -103,7 +103,7 @@ class Writer:
         where = self.when(force.args[0]) if at is None else at
         return self.motion.directions_at(u, where).T * self.reactions.get(force.args[0], self.unknown)
 
-    def discrete_reaction(self, old: Sequence[Symbol], new: Sequence[Symbol]) -> Matrix:
+    def discrete_reaction(self, old: Sequence[Expr], new: Sequence[Expr]) -> Matrix:
         """The reaction beside a discrete gradient between two displacements; 0 without constraints."""
         if not self.motion.scene.multipliers:
             return zeros(self.size, 1)

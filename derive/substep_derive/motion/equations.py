@@ -296,7 +296,7 @@ class EquationsOfMotion:
         """Their derivatives (c, d) there; the transposed times the multipliers is a force, as `force` has it."""
         return self.directions.subs({t: at, **dict(zip(self.coordinates, u, strict=True))}, simultaneous=True)
 
-    def discrete_directions(self, u0: Sequence[Symbol], u1: Sequence[Symbol]) -> Matrix:
+    def discrete_directions(self, u0: Sequence[Expr], u1: Sequence[Expr]) -> Matrix:
         """Discrete gradients (c, d) of the constraints between two displacements: see `discrete_gradient`.
 
         Raises DeclarationError for a constraint that holds the time, which has none.

@@ -8,6 +8,7 @@ from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .arrays import Array
 
@@ -29,7 +30,7 @@ def solved(values: Array, n: int, c: int) -> Array:
     """Accelerations and multipliers (..., n + c); NaN where the equations do not determine them."""
     matrix, right = parts(values, n, c)
     try:
-        return np.linalg.solve(matrix, right[..., None])[..., 0]
+        return np.asarray(np.linalg.solve(matrix, right[..., None])[..., 0], dtype=np.float64)
     except np.linalg.LinAlgError:  # in one of many rows
         found = np.full(right.shape, np.nan)
         for at in np.ndindex(right.shape[:-1]):
@@ -39,36 +40,33 @@ def solved(values: Array, n: int, c: int) -> Array:
 
 
 def pressures(scene: "Scene", t: Array, u: Array, v: Array, memory: Array) -> Array:
-    """Pressures (..., d) of contacts at u, v (..., n), at rest in some: those under which no gap begins to close.
+    """Pressures (..., d) of contacts at u, v (..., n): of those that are closed and at rest, else 0.
 
-    NaN where none are, or friction aside several.
+    They are those under which no gap begins to close, none negative; NaN where there are none such.
     """
     d = len(scene.info.contacts)
-    x, rate, rest = (part[..., len(scene.info.multipliers) :] for part in scene.drift(t, u, v))
-    G = scene.directions(t, u)[..., len(scene.info.multipliers) :, :]
+    x, rate = (part[..., -d:] for part in scene.drift(t, u, v)[:2])
+    across = np.linalg.norm(scene.directions(t, u)[..., -d:, :], axis=-1)
+    lengths = np.reshape(scene.length, (*np.shape(scene.length), *(1,) * (x.ndim - np.ndim(scene.length))))
+    speeds = np.linalg.norm(v, axis=-1, keepdims=True)
+    closed = (np.abs(x) <= ALLOWED * across * lengths) & (np.abs(rate) <= ALLOWED * across * speeds)
     found = np.zeros(x.shape)
-    slow = np.abs(rate) <= ALLOWED * np.linalg.norm(G, axis=-1) * np.linalg.norm(v, axis=-1, keepdims=True)
-    closed = (np.abs(x) <= ALLOWED * np.linalg.norm(G, axis=-1) * np.reshape(scene.length, (-1,) + (1,) * (x.ndim - 1)
-              if np.ndim(scene.length) else ())) & slow  # fmt: skip
     for at in np.ndindex(x.shape[:-1]):
         if closed[at].any():
-            found[at] = _resting(scene, at, t, u, v, memory, G[at], rest[at], np.flatnonzero(closed[at]), d)
+            one = scene.lanes(slice(at[0], at[0] + 1)) if scene.u0.ndim > 1 else scene
+            found[at] = _at_rest(one, (t[at][None], u[at][None], v[at][None]), memory[at], np.flatnonzero(closed[at]))
     return found
 
 
-def _resting(
-    scene: "Scene", at: tuple[int, ...], t: Array, u: Array, v: Array, memory: Array, G: Array, rest: Array,
-    closed: Array, d: int,
-) -> Array:  # fmt: skip
-    """The pressures (d,) of one state, of the contacts that are closed, by trying which of them stay so."""
-    one = scene.lanes(slice(at[0], at[0] + 1)) if at and u.ndim > 1 and scene.u0.ndim > 1 else scene
+def _at_rest(scene: "Scene", state: tuple[Array, Array, Array], memory: Array, closed: NDArray[np.intp]) -> Array:
+    """The pressures (d,) in one state t (1,), u, v (1, n), by trying which of the closed contacts stay so."""
+    d = len(scene.info.contacts)
+    G, rest = scene.directions(*state[:2])[0, -d:], scene.drift(*state)[2][0, -d:]
 
     def opening(p: Array) -> Array:
         """The second derivatives (d,) of the gaps under pressures."""
-        given = memory[at].copy()
-        given[len(given) - d :] = p
-        a = one.acceleration(t[at][None], u[at][None], v[at][None], given[None])[0]
-        return -(G @ a + rest)
+        given = np.append(memory[:-d], p)
+        return -(G @ scene.acceleration(*state, given[None])[0] + rest)
 
     free = opening(np.zeros(d))
     by = np.array([opening(row) - free for row in np.eye(d)]).T
@@ -77,8 +75,8 @@ def _resting(
             p, some = np.zeros(d), list(chosen)
             if some:
                 p[some] = np.linalg.lstsq(by[np.ix_(some, some)], -free[some], rcond=None)[0]
-            gap = free + by @ p
-            if (p >= 0.0).all() and (gap[closed] >= -1e-9 * (1.0 + np.abs(free[closed]))).all():
+            gaps = (free + by @ p)[closed]
+            if (p >= 0.0).all() and (gaps >= -1e-9 * (1.0 + np.abs(free[closed]))).all():
                 return p
     return np.full(d, np.nan)
 
@@ -135,7 +133,7 @@ def nearest(scene: "Scene", t: float, u: Array, v: Array) -> tuple[Array, Array]
         matrix = scene.constrained(*at)[0]
         right = np.zeros((len(matrix), 2))
         right[-c:] = -np.array([x[:c], rate[:c]]).T
-        change = np.linalg.lstsq(matrix, right, rcond=None)[0][: len(u)]
+        change: Array = np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0], dtype=np.float64)[: len(u)]
         if np.abs(change[:, 0]).max() <= 1e-15 * float(scene.length):
             return u, v + change[:, 1]
         u = u + change[:, 0]

@@ -129,12 +129,11 @@ class Scene:
         self, t: Array, u: Array, v: Array, memory: Array | None = None, *, force: float | None = None
     ) -> Array:
         """Acceleration (..., d) from the equation of motion; force: in place of the load's at t."""
-        if force is None:
-            at = np.asarray(t)[None] if isinstance(self.load, LoadLanes) and np.ndim(u) > np.ndim(t) + 1 else t
-            force = self.forces(at)
+        at = np.asarray(t)[None] if isinstance(self.load, LoadLanes) and np.ndim(u) > np.ndim(t) + 1 else t
+        given = self.forces(at) if force is None else force
         if self.info.multipliers:
-            return self._constrained(t, u, v, memory, force)[..., : u.shape[-1]]
-        return self._evaluate("acceleration", t, u, v, force, memory=memory)
+            return self._constrained(t, u, v, memory, given)[..., : u.shape[-1]]
+        return self._evaluate("acceleration", t, u, v, given, memory=memory)
 
     def multipliers(self, t: Array, u: Array, v: Array, memory: Array | None = None) -> Array:
         """The multipliers (..., c) of its constraints, from the equations of motion at u, v (..., d) and t (...,)."""

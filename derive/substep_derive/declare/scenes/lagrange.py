@@ -3,7 +3,7 @@
 Angles are measured from the lowest position, the cart's pole from the highest; the gravity g is in m/s^2.
 """
 
-from sympy import Abs, Expr, Interval, Rational, Symbol, cos, oo, pi, sin
+from sympy import Abs, Add, Expr, Integer, Interval, Rational, Symbol, cos, oo, pi, sin
 
 from ..parameter import Parameter
 from ..scene import REAL, Scene, optional
@@ -83,7 +83,7 @@ cart_pole = Scene(
     + m2 * (L * rate(theta)) ** 2 / 2
     + m2 * L * rate(x) * rate(theta) * cos(theta),
     potential=m2 * g * L * cos(theta),
-    forces={x: sum(p.symbol * s for p, s in zip(_gains, (x, rate(x), theta, rate(theta)), strict=True))},
+    forces={x: Add(*(p.symbol * s for p, s in zip(_gains, (x, rate(x), theta, rate(theta)), strict=True)))},
     parameters=(optional(m1, 1), optional(m2, Rational(1, 10)), optional(L, Rational(1, 2)), _gravity, *_gains, _tilt),
     start={x: 0, theta: _tilt.symbol, rate(x): 0, rate(theta): 0},
     length=L,
@@ -133,7 +133,7 @@ van_der_pol = Scene(
     parameters=(optional(mu, 1, NOT_NEGATIVE), optional(q0, 2, REAL), optional(v0, 0, REAL)),
     start={q: q0, rate(q): v0},
     length=1,
-    energy_scale=2,
+    energy_scale=Integer(2),
     reference="van der Pol, Phil. Mag. 2 (1926) 978-992; on its limit cycle |q| reaches about 2",
 )
 
@@ -174,7 +174,7 @@ driven_duffing = Scene(
     ),
     start={q: q0, rate(q): v0},
     length=1,
-    energy_scale=1,
+    energy_scale=Integer(1),
     reference="a buckled beam under a periodic load, q'' + c q' + k q + k3 q^3 = amplitude*cos(omega_d*t), chaotic at "
     "the defaults: Holmes, Phil. Trans. R. Soc. A 292 (1979) 419-448",
 )

@@ -1,6 +1,6 @@
 """Mechanisms in relative coordinates: bodies whose mass matrix moves with them, joined by constraints."""
 
-from sympy import Rational, Symbol, cos, sin, sqrt
+from sympy import Add, Rational, Symbol, cos, sin, sqrt
 
 from ..scene import Scene
 from ..symbols import rate
@@ -66,7 +66,7 @@ _x, _y = (rr * f(beta) - d * f(beta + theta) for f in (cos, sin))
 squeezer = Scene(
     "squeezer",
     coordinates=dict.fromkeys(Q, "rad"),
-    kinetic=sum(x * rate(Q[i]) * rate(Q[j]) / (2 if i == j else 1) for (i, j), x in _mass.items()),
+    kinetic=Add(*(x * rate(Q[i]) * rate(Q[j]) / (2 if i == j else 1) for (i, j), x in _mass.items())),
     potential=c0 * (_spring - l0) ** 2 / 2 - mom * beta,
     constraints={
         "x_of_3": _x - ss * sin(gamma) - xb,
