@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 import substep as ss
 from substep.core.errors import real_array
 from substep.core.kernel_modules import printed
-from substep.core.scenes import checked_parameters, make_scene, scene_info
+from substep.core.scene_catalogue import checked_parameters, scene_info
+from substep.core.scenes import make_scene
 from substep.exact.oscillator import exact_peaks
 from substep.ground_motion import yielding
 from substep.ground_motion.yielding import Yielding

@@ -19,7 +19,7 @@ from all_commands import all_commands
 
 import substep as ss
 from substep.cli.arguments import exact_options
-from substep.core.scenes import scene_info
+from substep.core.scene_catalogue import scene_info
 from substep.core.schemes import scheme_info
 
 ROOT = Path(__file__).parents[1]

@@ -86,9 +86,9 @@ def test_energy_that_a_prescribed_motion_brings_is_nothing_to_warn_of() -> None:
     assert said("bathe_noh", "bathe", dt=0.1, t_end=10.0) == ""
 
 
-def own(name: str, potential: Any, dissipation: Any, x0: float) -> Scene:
+def own(name: str, potential: Any, force: Any, x0: float) -> Scene:
     return Scene(
-        name=name, coordinates={x: "m"}, kinetic=rate(x) ** 2 / 2, potential=potential, dissipation=dissipation,
+        name=name, coordinates={x: "m"}, kinetic=rate(x) ** 2 / 2, potential=potential, forces={x: force},
         parameters=(), start={x: x0, rate(x): 0}, length=1,
     )  # fmt: skip
 
@@ -107,7 +107,7 @@ def test_an_energy_that_cancels_at_the_start_does_not_count() -> None:
 
 def test_damping_that_is_negative_is_the_motion_s_own() -> None:
     """u'' - u' + u = 0 swells by e^t in energy."""
-    swelling = own("swelling", x**2 / 2, -(rate(x) ** 2) / 2, 1.0)
+    swelling = own("swelling", x**2 / 2, rate(x), 1.0)
     r = marched(swelling, "rk4", 0.05, 10.0)
     assert r.energy[-1] > 1e3 * r.energy[0]
     assert said(swelling, "rk4", dt=0.05, t_end=10.0) == ""

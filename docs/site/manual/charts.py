@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 from sympy import Symbol, latex
 
 import substep as ss
-from substep.core.scenes import scene_info
+from substep.core.scene_catalogue import scene_info
 from substep.core.style import COLOURS, styled
 from substep.figures.charts import stability_figure
 from substep.studies.precision.cases import CASES, FURTHER

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from ..core.scenes import Scene, scene, scenes
+from ..core.scene_catalogue import scenes
+from ..core.scenes import Scene, scene
 from ..core.schemes import Scheme, scheme, schemes
 
 if TYPE_CHECKING:

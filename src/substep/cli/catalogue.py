@@ -163,8 +163,8 @@ def scenes(
     references: Annotated[bool, typer.Option("--references", help="where each is from")] = False,
 ) -> None:
     """List all scenes with their coordinates and parameters (default value; those without one have to be given)."""
-    from ..core.scenes import scene_info  # noqa: PLC0415
-    from ..core.scenes import scenes as scene_names  # noqa: PLC0415
+    from ..core.scene_catalogue import scene_info  # noqa: PLC0415
+    from ..core.scene_catalogue import scenes as scene_names  # noqa: PLC0415
 
     for name in scene_names():
         info = scene_info(name, {})

@@ -198,7 +198,7 @@ def run(
     csv: Annotated[Path | None, typer.Option(help="write the history here")] = None,
 ) -> None:
     """March a scene. Parameters of both follow as numbers: --EA 1e4 --gamma-t 0.2."""
-    from ..core.scenes import arguments_of, scene_info  # noqa: PLC0415
+    from ..core.scene_catalogue import arguments_of, scene_info  # noqa: PLC0415
     from ..figures.charts import save_csv  # noqa: PLC0415
     from ..marching.gained import gained  # noqa: PLC0415
     from ..marching.run import marched  # noqa: PLC0415

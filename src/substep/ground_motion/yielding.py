@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from ..core.arrays import Array
 from ..core.loads import Record
 from ..core.response import STATUSES
-from ..core.scenes import checked_parameters, make_scene, scene_info
+from ..core.scene_catalogue import checked_parameters, scene_info
+from ..core.scenes import make_scene
 from ..core.schemes import Scheme
 from ..marching.scene_lanes import Lanes, Reader, march_lanes
 from .peaks import refined

@@ -20,7 +20,8 @@ from ..core.errors import called_as, real_number, unknown_name, warn
 from ..core.loads import behind_jump
 from ..core.memory import require_histories
 from ..core.response import STATUSES, Response, Status
-from ..core.scenes import Scene, scene_info, scenes
+from ..core.scene_catalogue import scene_info, scenes
+from ..core.scenes import Scene
 from ..core.scenes import scene as make_scene
 from ..core.schemes import Scheme, schemes
 from ..core.state import State, bare, whose

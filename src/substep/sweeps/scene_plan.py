@@ -13,7 +13,8 @@ from ..core.arrays import named
 from ..core.device import Device, found
 from ..core.errors import real_array, real_number
 from ..core.loads import Load, LoadLanes, Record, as_numbers, is_known
-from ..core.scenes import WITH_LAW, Scene, checked_parameters, make_scene, scene_info
+from ..core.scene_catalogue import WITH_LAW, checked_parameters, scene_info
+from ..core.scenes import Scene, make_scene
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
 from ..marching.adaptive import ROWS, adaptive_kernels
