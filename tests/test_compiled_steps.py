@@ -16,7 +16,7 @@ import substep as ss
 from substep.structures.march import fixed_steps
 from substep.structures.march.steps import StructureSteps
 
-DT, STEPS = 0.01, 150
+DT, STEPS = 0.01, 100
 RECORD = ss.Record(0.05, 4.0 * np.random.default_rng(0).normal(size=60))  # m/s^2
 M, K, Q_Y = (np.array(x) for x in ([2.0, 1.5, 1.0], [300.0, 250.0, 200.0], [4.0, 3.0, 2.0]))
 B = np.eye(3) - np.eye(3, k=-1)

@@ -9,15 +9,6 @@ def _copy(x, out):
         out[i] = x[i]
 
 
-@_inline
-def _add(factor, x, out):
-    """Add factor x."""
-    for i in range(0, out.size, 4):
-        a, b = out[i] + factor * x[i], out[i + 1] + factor * x[i + 1]
-        c, d = out[i + 2] + factor * x[i + 2], out[i + 3] + factor * x[i + 3]
-        out[i], out[i + 1], out[i + 2], out[i + 3] = a, b, c, d
-
-
 @_inner
 def _combine(row, X, count, out):
     """The sum of row[v] X[v] over v < count."""
@@ -92,40 +83,6 @@ def _dot(x, y):
 
 
 @_inner
-def _inverted(A, order):
-    """Put its inverse in place of A (n, m), by exchanges of rows; order (n,): room. Returns whether it is regular."""
-    n, largest = len(A), 0.0
-    for k in range(n):
-        place, size = k, abs(A[k, k])
-        for j in range(k + 1, n):
-            if abs(A[j, k]) > size:
-                place, size = j, abs(A[j, k])
-        largest = max(largest, size)
-        if not size > REGULAR * largest:
-            return False
-        order[k] = place
-        row = A[k]
-        if place != k:
-            for i in range(n):
-                row[i], A[place, i] = A[place, i], row[i]
-        pivot = 1.0 / row[k]
-        row[k] = 1.0
-        for i in range(n):
-            row[i] *= pivot
-        for j in range(n):
-            factor = A[j, k]
-            if j != k and factor != 0.0:
-                A[j, k] = 0.0
-                _add(-factor, row, A[j])
-    for k in range(n - 1, -1, -1):
-        place = order[k]
-        if place != k:
-            for j in range(n):
-                A[j, k], A[j, place] = A[j, place], A[j, k]
-    return True
-
-
-@_inner
 def _factorized(A, order, spans):
     """A (n, m), by columns, becomes L and U with the reciprocals of pivots; returns whether it is regular.
 
@@ -185,14 +142,13 @@ def _substituted(A, order, spans, x):
 
 
 @_inline
-def _solved(i, linear, d, B, kept, x, out):
-    """Solve with linear + B^T diag(d) B of the system i for the right side x, which is overwritten, in out.
+def _solved(i, linear, d, B, kept, x):
+    """Solve with linear + B^T diag(d) B of the system i, of which the factors for the last few d (s,) are kept.
 
-    What the last few d (s,) have led to is kept: inverses, or the factors of larger matrices. Returns whether the
-    matrix is regular.
+    Puts the solution in place of the right side x; returns whether the matrix is regular.
     """
-    keys, factors, orders, spans, whole, filled, recent = kept
-    count, slot, n = filled[i], -1, len(linear)
+    keys, factors, orders, spans, filled, recent = kept
+    count, slot = filled[i], -1
     for back in range(count):
         other = recent[i] - back
         other = other if other >= 0 else other + count
@@ -205,7 +161,7 @@ def _solved(i, linear, d, B, kept, x, out):
     if slot < 0:
         slot = count if count < KEPT else (recent[i] + 1) % KEPT
         A, (first, columns, entries) = factors[i, slot], B
-        for k in range(n):
+        for k in range(len(A)):
             _copy(linear[k], A[k])
         for s in range(d.size):
             for k in range(first[s], first[s + 1]):
@@ -214,16 +170,10 @@ def _solved(i, linear, d, B, kept, x, out):
                     A[columns[k], columns[j]] += share * entries[j]
         filled[i] = max(count, slot + 1)
         keys[i, slot, 0] = np.nan
-        regular = _inverted(A, orders[i, slot]) if n <= FEW else _factorized(A, orders[i, slot], spans[i, slot])
-        if not regular:
+        if not _factorized(A, orders[i, slot], spans[i, slot]):
             return False
         _copy(d, keys[i, slot])
     recent[i] = slot
-    if n <= FEW:
-        out[:] = 0.0
-        _add_product(factors[i, slot], whole, 1.0, x, out)
-    else:
-        _substituted(factors[i, slot], orders[i, slot], spans[i, slot], x)
-        _copy(x, out)
+    _substituted(factors[i, slot], orders[i, slot], spans[i, slot], x)
     return True
 '''

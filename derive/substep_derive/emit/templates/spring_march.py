@@ -29,7 +29,6 @@ _rounded = njit(
 )
 
 KEPT = 8  # sets of slopes of which the factors are kept, of each system
-FEW = 24  # degrees of freedom up to which matrices are inverted
 REGULAR = 1e-13  # of the largest pivot so far: what the next one must be more than
 {call}{products}
 
@@ -158,8 +157,8 @@ def _iterated(X, i, place, known, rest, shown, velocity, own, linear, spans, str
         count, tries = count + 1, 0
         _slopes(found, slopes[0], slopes[1], released, d)
         for k in range(z.size):
-            old[k], trial[k] = residual[k], -residual[k]
-        if not _solved(i, linear, d, springs[0], kept, trial, change):
+            old[k], change[k] = residual[k], -residual[k]
+        if not _solved(i, linear, d, springs[0], kept, change):
             return 0, shorter
         for k in range(z.size):
             trial[k] = z[k] + change[k]
@@ -233,8 +232,8 @@ def _step(X, loads, n, rules, plan, structure, springs, memories, kept, counts, 
         else:
             d[:] = 0.0
             for k in range(rest.size):
-                part[k] = -rest[k]
-            if not _solved(i, linear[i], d, B, kept, part, X[place]):
+                X[place, k] = -rest[k]
+            if not _solved(i, linear[i], d, B, kept, X[place]):
                 return -1
         for c in range(first_commit[i], first_commit[i + 1]):
             u, v, when = commits[0, c], commits[1, c], since_commit[c : c + 1]
@@ -269,12 +268,10 @@ def march(state, memory, loads, rules, plan, out, report, structure, springs, re
     (I, steps, m), (S, V), n, s, k = loads.shape, out.shape, structure[0].shape[1], answers.shape[2], memory.size
     F = max(len(plan[7][0]), 1)
     X, next_state, memories = np.zeros((V, m)), np.empty((S, m)), np.empty((len(plan[11]) + 1, k))
-    shorter, done, at_once, whole = np.zeros(I, np.int64), 0, np.zeros(1), np.zeros((m >> 2, 2), np.int64)
-    for r in range(m >> 2):
-        whole[r, 1] = n
+    shorter, done, at_once = np.zeros(I, np.int64), 0, np.zeros(1)
     kept = (
         np.empty((I, KEPT, s)), np.empty((I, KEPT, n, m)), np.empty((I, KEPT, n), np.int64),
-        np.empty((I, KEPT, n, 2), np.int64), whole, np.zeros(I, np.int64), np.zeros(I, np.int64),
+        np.empty((I, KEPT, n, 2), np.int64), np.zeros(I, np.int64), np.zeros(I, np.int64),
     )
     found, new, rates = np.empty((F, 4, s)), np.empty((F, k)), np.empty(s)
     work = found, np.empty((F, s)), rates, np.empty(s), np.empty(s), np.empty(s), np.empty(s), new
