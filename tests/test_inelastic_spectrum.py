@@ -45,7 +45,8 @@ def between_events(T: float, strength: float, hardening: float) -> dict[str, flo
     """Largest |u| at samples and between them, energy lost, excursions, and the displacement at rest at last."""
     of, end = Oscillator(2 * np.pi / T, 0.05, strength, hardening), DT * (len(motion()) - 1)
     shaken = exact(of, hysteresis.record(DT, (-motion()).tolist()), end + 6 * T)
-    u = shaken.at(np.linspace(0.0, end, 2 * len(motion()) - 1))[0]
+    turns = [t for t in shaken.events if t < end]  # where it begins to yield, and turns
+    u = shaken.at(np.append(np.linspace(0.0, end, 2 * len(motion()) - 1), turns))[0]
     begun = [b.t for a, b in pairwise(shaken.arcs) if b.yields and b.yields != a.yields]
     return {
         "displacement": float(np.abs(u).max()),
@@ -82,13 +83,13 @@ def test_el_centro_of_the_textbook() -> None:
     """Chopra, Dynamics of Structures, section 7.4: period 0.5 s, damping ratio 5 %, elastic-perfectly plastic.
 
     Of strengths 1, 1/2, 1/4, 1/8 of the elastic one the book prints the largest displacements in inches, and the
-    ductilities.
+    ductilities; both here within one unit of their last digit.
     """
     g, inch = 386.1, 0.0254
     ground = np.append(0.0, np.loadtxt(RECORD).ravel()) * g * inch
-    s = ss.inelastic_spectrum(ground, DT, 0.5, R_y=[1, 2, 4, 8])
-    assert np.allclose(s.displacement.squeeze() / inch, [2.25, 1.62, 1.75, 2.07], rtol=0.0, atol=0.006)
-    assert np.allclose(s.ductility_demand.squeeze(), [1.0, 1.44, 3.11, 7.36], rtol=0.0, atol=0.006)
+    s = ss.inelastic_spectrum(ground, DT, [0.5], R_y=[1, 2, 4, 8], steps=16, errors=False)
+    assert np.allclose(s.displacement.squeeze() / inch, [2.25, 1.62, 1.75, 2.07], rtol=0.0, atol=0.007)
+    assert np.allclose(s.ductility_demand.squeeze(), [1.0, 1.44, 3.11, 7.36], rtol=0.0, atol=0.011)
 
 
 def test_ductility_1_and_a_huge_strength_are_the_elastic_spectrum() -> None:

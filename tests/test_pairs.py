@@ -7,8 +7,7 @@ import pytest
 from by_hand import SCENES, push
 from declared import BY_NAME, UNDAMPED
 from nonlinear_oracle import history
-from plain_kernels import SCENE_BY_NAME, WITH_LAWS, plain, variant
-from substep_derive.declare.scenes import lagrange
+from plain_kernels import OTHERS, SCENE_BY_NAME, WITH_LAWS, plain, variant
 
 import substep as ss
 from substep.marching import scene_lanes
@@ -40,7 +39,7 @@ PAIRS = [(scheme, scene) for scheme in BY_NAME for scene in SCENES
 
 def test_every_scene_is_written_by_hand() -> None:
     assert set(SCENES) == set(SCENE_BY_NAME)
-    others = {*WITH_LAWS, *(scene.name for scene in lagrange.ALL)}
+    others = {*WITH_LAWS, *(scene.name for scene in OTHERS)}
     assert set(ss.scenes()) == (set(SCENES) | others) - {"elastic_pendulum_engineering"}
 
 

@@ -13,10 +13,10 @@ from math import factorial
 from typing import Any
 
 from sympy import QQ, Dummy, Expr, Integer, Poly, Rational, Symbol, factor, radsimp, sympify
-from sympy.polys.matrices import DomainMatrix
-from sympy.polys.matrices.exceptions import DMNonInvertibleMatrixError
 
 from ..algebra.algebraic import Field, closed_form, generator
+from ..algebra.field_matrices import FieldMatrix, field_matrix, identity
+from ..algebra.rational import SingularMatrix
 from ..declare.catalogue import find
 from ..declare.errors import DeclarationError
 from ..declare.parameter_set import ParameterSet
@@ -235,48 +235,48 @@ class _Motion:
         return found
 
     @cached_property
-    def accelerations(self) -> tuple[DomainMatrix, DomainMatrix]:
+    def accelerations(self) -> tuple[FieldMatrix, FieldMatrix]:
         """z as matrices over the state and over the values of r where it is held."""
         m = len(self.z)
         try:
-            inverse = self._matrix([row[:m] for *_, row in self.held]).inv()
-        except DMNonInvertibleMatrixError as error:
+            by_r = self._matrix([row[:m] for *_, row in self.held]).inv()
+        except SingularMatrix as error:
             raise DeclarationError(
                 f"{self.at.scheme.name}: expected reactions that hold the displacements independently of each other, "
                 "got two that move them alike; take another scheme for constraints"
             ) from error
-        return -inverse * self._matrix([row[m:] for *_, row in self.held]), inverse
+        return -by_r * self._matrix([row[m:] for *_, row in self.held]), by_r
 
-    def eliminated(self, rows: Sequence[Row]) -> tuple[DomainMatrix, DomainMatrix]:
+    def eliminated(self, rows: Sequence[Row]) -> tuple[FieldMatrix, FieldMatrix]:
         """Rows as matrices over the state and over the values of r where it is held."""
         m, (of_state, of_r) = len(self.z), self.accelerations
         by_z = self._matrix([row[:m] for row in rows])
         return by_z * of_state + self._matrix([row[m:] for row in rows]), by_z * of_r
 
     @cached_property
-    def after(self) -> tuple[DomainMatrix, DomainMatrix]:
+    def after(self) -> tuple[FieldMatrix, FieldMatrix]:
         """The state after the step."""
         own = [self.rows[successor(s)] for s in self.step.state]
         return self.eliminated([*own, *(self.reactions[self.later[place]] for place in self.carried)])
 
     @cached_property
-    def smooth(self) -> list[DomainMatrix]:
+    def smooth(self) -> list[FieldMatrix]:
         """Coefficients of x^k of the state that belongs to r = exp(x t) at t_n = 0, for h = 1."""
         by_state, by_r = self.after
         n, domain = len(self.state), self.at.field.domain
         try:
-            inverse = (DomainMatrix.eye(n, domain).to_dense() - by_state).inv()
-        except DMNonInvertibleMatrixError as error:
+            solving = (identity(n, domain) - by_state).inv()
+        except SingularMatrix as error:
             raise DeclarationError(
                 f"{self.at.scheme.name}: expected a state that a smooth motion determines, got one that keeps what it "
                 "started with; take another scheme for constraints"
             ) from error
-        found = list[DomainMatrix]()
+        found = list[FieldMatrix]()
         for k in range(HIGHEST + 3):
             known = by_r * self._powers(k)
             for j, before in enumerate(reversed(found), start=1):
                 known -= before * self._share(j)
-            found.append(inverse * known)
+            found.append(solving * known)
         return found
 
     def error(self, row: Row, instant: Any, derivative: int) -> ErrorTerm | None:
@@ -303,9 +303,10 @@ class _Motion:
 
     def _jordan(self, part: Poly, times: int) -> bool:
         """Whether a multiple factor of the characteristic polynomial has fewer eigenvectors than roots."""
-        value = DomainMatrix.zeros(self.after[0].shape, self.at.field.domain).to_dense()
+        one = identity(len(self.state), self.at.field.domain)
+        value = one - one
         for c in part.rep.to_list():
-            value = value * self.after[0] + DomainMatrix.eye(len(self.state), self.at.field.domain).to_dense() * c
+            value = value * self.after[0] + one * c
         return len(self.state) - value.rank() < times * part.degree()
 
     def _number(self, expression: Expr) -> Any:
@@ -326,10 +327,10 @@ class _Motion:
             found = [x + weight * y for x, y in zip(found, rows[s], strict=True)]
         return found
 
-    def _matrix(self, rows: Sequence[Row]) -> DomainMatrix:
-        return DomainMatrix(list(rows), (len(rows), len(rows[0])), self.at.field.domain)
+    def _matrix(self, rows: Sequence[Row]) -> FieldMatrix:
+        return field_matrix(rows, self.at.field.domain)
 
-    def _powers(self, k: int) -> DomainMatrix:
+    def _powers(self, k: int) -> FieldMatrix:
         """The coefficient of x^k of exp(x tau) at the instants where r is held."""
         return self._matrix([[tau**k * self._share(k)] for _, tau, _ in self.held])
 

@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
-from sympy import Add, Expr, Integer, Mul, Symbol, factor, latex
+from sympy import Add, Expr, Integer, Mul, Symbol, factor, fraction, latex, together
 from sympy.printing.mathml import mathml
 
 from ..declare.errors import DeclarationError
@@ -142,16 +142,17 @@ def _nonlinear(d: Derivation) -> Iterator[ClosedForm]:
 
 
 def _constrained(d: Derivation) -> Iterator[ClosedForm]:
-    section = "prescribed motion r(t)"
+    section = "prescribed motion: errors over its derivative of order 1 (v) or 2 (multiplier) plus the power of h"
     try:
         found = d.prescribed
     except DeclarationError as error:
         yield ClosedForm(section, "refused", str(error))
         return
-    for derivative, what, term in ((1, "v", found.velocity), (2, "the multiplier", found.multiplier)):
-        name = f"error of {what}" + ("" if term is None else f", h^{term.power} r^({derivative + term.power})")
+    for what, term in (("v", found.velocity), ("the multiplier", found.multiplier)):
+        name = f"error of {what}" + ("" if term is None else f", h^{term.power}")
         yield ClosedForm(section, name, Integer(0) if term is None else as_in_paper(term.coefficient, d.scheme))
-    yield ClosedForm(section, "0 = of a wrong start", factor(found.polynomial.as_expr()))
+    numerator = fraction(together(found.polynomial.as_expr()))[0]
+    yield ClosedForm(section, "0 = of a wrong start", as_in_paper(factor(numerator), d.scheme))
 
 
 PARTS: Mapping[str, Callable[[Derivation], Iterator[ClosedForm]]] = {

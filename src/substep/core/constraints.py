@@ -5,19 +5,34 @@ G are the derivatives by the coordinates of what constraints keep at 0, and of m
 
 from collections.abc import Sequence
 from itertools import combinations
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import Array
-
-if TYPE_CHECKING:
-    from .scenes import Scene
+from .entries import SceneInfo
 
 ALLOWED = 1e-8  # of the scene's length, and of the velocity: how far a start may be from what constraints allow
 MOST = 50  # corrections of a projection
 DEPENDENT = 1e-12  # of the largest singular value of the directions: with a smaller one, constraints are dependent
+
+
+class _Held(Protocol):
+    """A scene, as far as it is asked about its constraints and contacts: see `substep.core.scenes.Scene`."""
+
+    info: SceneInfo
+    u0: Array
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def length(self) -> Any: ...
+    def lanes(self, where: slice) -> "_Held": ...
+    def acceleration(self, t: Array, u: Array, v: Array, memory: Array | None = None) -> Array: ...
+    def drift(self, t: Array, u: Array, v: Array) -> tuple[Array, Array, Array]: ...
+    def directions(self, t: Array, u: Array) -> Array: ...
+    def constrained(self, t: Array, u: Array, v: Array) -> Array: ...
 
 
 def parts(values: Array, n: int, c: int) -> tuple[Array, Array]:
@@ -39,7 +54,7 @@ def solved(values: Array, n: int, c: int) -> Array:
         return found
 
 
-def pressures(scene: "Scene", t: Array, u: Array, v: Array, memory: Array) -> Array:
+def pressures(scene: _Held, t: Array, u: Array, v: Array, memory: Array) -> Array:
     """Pressures (..., d) of contacts at u, v (..., n): of those that are closed and at rest, else 0.
 
     They are those under which no gap begins to close, none negative; NaN where there are none such.
@@ -58,7 +73,7 @@ def pressures(scene: "Scene", t: Array, u: Array, v: Array, memory: Array) -> Ar
     return found
 
 
-def _at_rest(scene: "Scene", state: tuple[Array, Array, Array], memory: Array, closed: NDArray[np.intp]) -> Array:
+def _at_rest(scene: _Held, state: tuple[Array, Array, Array], memory: Array, closed: NDArray[np.intp]) -> Array:
     """The pressures (d,) in one state t (1,), u, v (1, n), by trying which of the closed contacts stay so."""
     d = len(scene.info.contacts)
     G, rest = scene.directions(*state[:2])[0, -d:], scene.drift(*state)[2][0, -d:]
@@ -81,7 +96,7 @@ def _at_rest(scene: "Scene", state: tuple[Array, Array, Array], memory: Array, c
     return np.full(d, np.nan)
 
 
-def require_allowed(scene: "Scene", t: float, u: Array, v: Array) -> None:
+def require_allowed(scene: _Held, t: float, u: Array, v: Array) -> None:
     """Raises ValueError for constraints that repeat each other at u, v (n,), and where these are not allowed."""
     at = np.array([t]), u[None], v[None]
     (x,), (rate,), _ = scene.drift(*at)
@@ -121,7 +136,7 @@ def _require_independent(scene: str, names: Sequence[str], G: Array, matrix: Arr
         )
 
 
-def nearest(scene: "Scene", t: float, u: Array, v: Array) -> tuple[Array, Array]:
+def nearest(scene: _Held, t: float, u: Array, v: Array) -> tuple[Array, Array]:
     """u, v (n,) moved onto the constraints by as little as possible, measured by the mass.
 
     Raises ValueError where corrections do not end.
