@@ -218,7 +218,8 @@ class Writer:
         tangent, e = Matrix(), sympify(e)
         for where in e.atoms(K_t):
             at = self.vector(where.args[0])
-            if self.motion.memory and where.args[0] in self.committed:  # where the force of laws bends: the tangent is that of the way on
+            # where the force of laws bends: the tangent is that of the way on
+            if self.motion.memory and where.args[0] in self.committed:
                 moving = self.components(Symbol(f"v_{(knot_of(where.args[0]) or ('', '0'))[1]}"))
                 at += moving.applyfunc(sign) * self.motion.scene.length / 10**9
             tangent = self.motion.tangent(list(at)).subs(self.remembered(where.args[0]), simultaneous=True)
