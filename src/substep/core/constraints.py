@@ -21,9 +21,10 @@ DEPENDENT = 1e-12  # of the largest singular value of the directions: with a sma
 class _Held(Protocol):
     """A scene, as far as it is asked about its constraints and contacts: see `substep.core.scenes.Scene`."""
 
-    info: SceneInfo
-    u0: Array
-
+    @property
+    def info(self) -> SceneInfo: ...
+    @property
+    def u0(self) -> Array: ...
     @property
     def name(self) -> str: ...
     @property
