@@ -55,6 +55,7 @@ def errors(r: Response) -> Array:
     return np.array([*found, *(abs(r_[-1] - tension) for r_ in (r.multipliers["rod"], r.memory["rod"]))])
 
 
+@pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("name", CHOSEN)
 def test_errors_fall_with_the_orders_that_are_derived(name: str) -> None:
     """v and the multiplier that follows with it: the scheme's order or that of `prescribed`, whichever is less.
@@ -76,6 +77,7 @@ def test_errors_fall_with_the_orders_that_are_derived(name: str) -> None:
         assert orders[3] == pytest.approx(min(expected, of.multiplier.power), abs=0.2), orders
 
 
+@pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("name", CHOSEN)
 def test_constraints_hold_to_rounding_at_every_step(name: str) -> None:
     r = marched(name, 0.005)
@@ -83,6 +85,7 @@ def test_constraints_hold_to_rounding_at_every_step(name: str) -> None:
     assert np.abs((r.u**2).sum(axis=1) - 1.0).max() / 2 <= 1e-12
 
 
+@pytest.mark.usefixtures("uncompiled")
 def test_the_double_pendulum_at_a_fine_step() -> None:
     """Angles from below, their rates, and both tensions, to the error of the scheme, which is of second order."""
 
@@ -127,6 +130,7 @@ STEPS = {
 }
 
 
+@pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("scheme", STEPS)
 @pytest.mark.parametrize("name", ["rod_pendulum", "rod_double_pendulum"])
 def test_steps_are_those_written_by_hand(name: str, scheme: str) -> None:
@@ -143,11 +147,13 @@ def test_steps_are_those_written_by_hand(name: str, scheme: str) -> None:
         assert np.allclose([r.memory[name][k] for name in names], state[3], rtol=1e-6, atol=1e-5)
 
 
+@pytest.mark.usefixtures("uncompiled")
 def test_energy_momentum_keeps_the_energy() -> None:
     r = marched("energy_momentum", 0.01)
     assert np.abs(r.energy).max() < 1e-11 * G
 
 
+@pytest.mark.usefixtures("uncompiled")
 def test_the_trapezoidal_rule_gains_energy_from_a_start_in_motion() -> None:
     """Its multipliers have a double root at -1: it gains 1 % after 1 to 4 s, at any step, and goes on."""
     x, y, vx, vy, _ = PENDULUM[0.3]
@@ -177,6 +183,7 @@ def test_a_prescribed_motion_follows_what_is_derived() -> None:
     assert r.multipliers["drive"][-1] == pytest.approx(np.sin(t), abs=1e-14)
 
 
+@pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("name", ["bathe", "generalized_alpha", "bdf2"])
 def test_a_run_that_goes_on_is_the_one_that_was_not_broken(name: str) -> None:
     first = marched(name, 0.01, 1.0)
@@ -194,6 +201,7 @@ def test_lanes_are_single_runs() -> None:
         assert kept[0] == pytest.approx(one.memory["rod"][-1], rel=1e-9)
 
 
+@pytest.mark.usefixtures("uncompiled")
 def test_angles_give_the_same_motion() -> None:
     """The rigid pendulum without constraint, by SciPy, and the rod's."""
     r = marched("bathe", 0.0025)
@@ -229,6 +237,7 @@ def test_a_constraint_that_is_given_twice_is_named() -> None:
         ss.scene(twice)
 
 
+@pytest.mark.usefixtures("uncompiled")
 def test_a_start_that_constraints_do_not_allow_is_refused_with_the_amount_and_the_nearest_one_is_at_hand() -> None:
     scene = pendulum()
     with pytest.raises(ValueError, match=r"got u off by -0.0202.*across 'rod'"):

@@ -68,6 +68,7 @@ BY_HAND = {
 }
 
 
+@pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("name", [name for name in BY_HAND if VERIFY or name in SOME])
 def test_steps_are_those_written_by_hand(name: str) -> None:
     parameters, step = BY_HAND[name]
@@ -80,6 +81,7 @@ def test_steps_are_those_written_by_hand(name: str) -> None:
             assert np.allclose([r.u[k, 0], r.v[k, 0], r.memory["floor"][k]], x[[0, 1, 3]], rtol=0.0, atol=1e-9)
 
 
+@pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("name", TAKEN if VERIFY else SOME)
 def test_of_gap_and_pressure_one_is_0_and_none_is_negative(name: str) -> None:
     r = ss.march(ss.scene("two_masses_on_floor", g=10.0), name, dt=0.01, t_end=1.5)
@@ -91,6 +93,7 @@ def test_of_gap_and_pressure_one_is_0_and_none_is_negative(name: str) -> None:
     assert gap.min() > -1e-12
 
 
+@pytest.mark.usefixtures("uncompiled")
 def test_what_a_mass_point_leaves_with_depends_on_the_phase_of_the_impact() -> None:
     """From an independent prototype: the trapezoidal rule 0.35 to 2.95, BDF2 0.37 to 1.23, Newmark of 1/2 exactly 1."""
     trapezoidal, bdf2 = leaving("average_acceleration"), leaving("bdf2")
@@ -99,16 +102,19 @@ def test_what_a_mass_point_leaves_with_depends_on_the_phase_of_the_impact() -> N
     assert np.allclose(leaving(ss.scheme("newmark", beta=0.5, gamma=0.5)), 1.0, rtol=0.0, atol=1e-12)
 
 
+@pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("name", sorted(NEVER_GAIN) if VERIFY else ["backward_euler"])
 def test_some_never_gain_energy(name: str) -> None:
     assert leaving(name).max() <= 1.0 + 1e-9
 
 
+@pytest.mark.usefixtures("uncompiled")
 @pytest.mark.thorough
 def test_all_others_do() -> None:
     assert {name for name in TAKEN if leaving(name).max() <= 1.0 + 1e-9} == NEVER_GAIN
 
 
+@pytest.mark.usefixtures("uncompiled")
 def test_a_mass_at_rest_stays_and_the_floor_bears_its_weight() -> None:
     scene = ss.scene("mass_on_floor", m=2.0, u0=0.0, v0=0.0, g=9.81)
     assert scene.a0[0] == 0.0
@@ -134,6 +140,7 @@ def test_a_rod_that_meets_a_wall() -> None:
     assert np.abs(r.u[:, 0]).max() > 0.999
 
 
+@pytest.mark.usefixtures("uncompiled")
 def test_lanes_are_single_runs_and_a_run_goes_on() -> None:
     starts = np.linspace(0.4, 0.6, 20)
     ds = ss.sweep("two_masses_on_floor", "bdf2", dt=0.01, t_end=1.0, keep="final", u0=starts, g=10.0, progress=False)
