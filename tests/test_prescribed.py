@@ -1,12 +1,16 @@
 """What a scheme makes of a prescribed motion: against plain stepping, and against what is known."""
 
+from collections.abc import Mapping
 from functools import cache
 
 import numpy as np
 import pytest
 from substep_derive import DeclarationError, derive, prescribed
 from substep_derive.constrained.prescribed import Prescribed
+from substep_derive.declare.catalogue import find
 from substep_derive.declare.symbols import C, M, N, N_discrete, h, successor
+from substep_derive.step.step import Step
+from substep_derive.step.times import passed
 from substep_kernels.facts import CATALOGUE
 from sympy import Expr, Matrix, Rational, Symbol, simplify, sqrt, symbols
 
@@ -74,6 +78,11 @@ class Stepping:
 
 
 @cache
+def instants_of(name: str) -> Mapping[Symbol, Expr]:
+    return passed(Step.of(find(name)))
+
+
+@cache
 def found(name: str) -> Prescribed:
     return prescribed(name)
 
@@ -103,10 +112,7 @@ def test_the_errors_are_those_of_steps_on_an_exponential(name: str) -> None:
 
 def instant_of(stepping: Stepping, arg: Expr) -> Expr:
     """Where a force is taken, in steps after t_n: u of a motion of velocity 1, which is marched."""
-    from substep_derive.step.step import Step
-    from substep_derive.step.times import passed
-
-    instants = passed(Step.of(stepping.scheme))
+    instants = instants_of(stepping.scheme.name)
     values = {p.symbol: float(ss.scheme(stepping.scheme.name).parameters[p.name]) for p in stepping.scheme.parameters}
     if stepping.scheme.constant is not None:
         values[stepping.scheme.constant] = float(stepping.scheme.constant.approximation)
