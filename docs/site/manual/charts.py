@@ -1,5 +1,7 @@
 """The charts of the generated pages."""
 
+from itertools import cycle
+
 import numpy as np
 from matplotlib.figure import Figure
 from sympy import Symbol, latex
@@ -21,6 +23,8 @@ CAPTION = (
 )
 SAMPLES = 400
 TURNS = 2
+# of scenes with constraints or contacts: the scheme, steps for each that is drawn, and s where SHOWN is too long
+HOLDS, FINE, SPANS = "bathe", 50, {"squeezer": 0.03, "slider_crank": 0.1, "two_masses_on_floor": 1.5}
 SHOWN = 5.0  # s of a scene that starts at rest and has no chart of work over precision
 
 
@@ -46,8 +50,11 @@ def stability(name: str) -> Figure:
 def motion(name: str) -> tuple[Figure, Reference, str]:
     """Coordinates and energy of a scene over time, the motion that is drawn, and a remark on it."""
     case = next((case for case in (*CASES, *FURTHER) if case.make().name == name), None)
-    if scene_info(name, {}).memory:
+    info = scene_info(name, {})
+    if info.laws:
         found, title = yielding(name), "Half a sine of 40 m/s² and 0.8 s, which makes it yield"
+    elif info.memory:
+        found, title = held(name), "As it starts at its defaults"
     else:
         scene = case.make() if case else ss.scene(name)
         turns = name == "rigid_pendulum"
@@ -60,7 +67,7 @@ def motion(name: str) -> tuple[Figure, Reference, str]:
     only = f" ${latex(Symbol(scene.coordinates[0][0]))}$" if len(scene.coordinates) == 1 else "s"
     panels = ((found.u, f"coordinate{only} ({unit})"), (found.v, f"rate of the coordinate{only} ({unit}/s)"))
     for axes, (values, what) in zip(figure.subplots(1, 2), panels, strict=True):
-        for (q, _), column, colour in zip(scene.coordinates, values.T, COLOURS, strict=False):
+        for (q, _), column, colour in zip(scene.coordinates, values.T, cycle(COLOURS), strict=False):
             axes.plot(found.t, column, color=colour, linewidth=1.2, label=f"${latex(Symbol(q))}$")
         axes.set(xlabel="time $t$ (s)", ylabel=what)
     if len(scene.coordinates) > 1:
@@ -73,3 +80,10 @@ def yielding(name: str) -> Reference:
     scene = ss.scene(name, omega=2 * np.pi, xi=0.05, strength=15.0, hardening=0.1, load=ss.HalfSine(40.0, 0.8))
     r = ss.march(scene, COMPARED, dt=4.0 / SAMPLES, t_end=4.0)
     return Reference(scene, r.t, r.u, r.v, r.a, np.nan, f"{COMPARED} in {SAMPLES} steps")
+
+
+def held(name: str) -> Reference:
+    """A scene with constraints or contacts, which no reference of its own scheme solves, in fine steps."""
+    scene, t_end = ss.scene(name), SPANS.get(name, SHOWN)
+    r = ss.march(scene, HOLDS, dt=t_end / (FINE * SAMPLES), t_end=t_end, stride=FINE)
+    return Reference(scene, r.t, r.u, r.v, r.a, np.nan, f"{HOLDS} in {FINE * SAMPLES} steps")
