@@ -144,7 +144,7 @@ def uncompiled(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     from substep.core import threads
     from substep.marching import adaptive, scene_lanes
 
-    monkeypatch.setattr(scene_lanes, "pair_kernels", lambda scene, scheme: plain(scheme.name, scene.name))
+    monkeypatch.setattr(scene_lanes, "pair_kernels", lambda scene, scheme: plain(scheme.info.source, scene.info.source))
     monkeypatch.setattr(adaptive, "_kernels", plain_adaptive)
     monkeypatch.setattr(threads, "cores", lambda: 1)  # threads do not inherit np.errstate
     with np.errstate(all="ignore"):

@@ -53,14 +53,17 @@ def gate_pairs() -> tuple[tuple[str, str], ...]:
 
 
 @cache
-def text(scheme: str, scene: str) -> str:
-    """The text of a pair's module; that the committed ones are what is printed is tested in test_generated."""
+def text(scheme: Any, scene: Any) -> str:
+    """The text of a pair's module; that the committed ones are what is printed is tested in test_generated.
+
+    Both are names of the catalogue, or declarations.
+    """
     committed = GENERATED / "pairs" / f"{scheme}__{scene}.py"
     return committed.read_text(encoding="utf-8") if committed.exists() else text_of(uncommitted_pair(scheme, scene))
 
 
 @cache
-def plain(scheme: str, scene: str) -> ModuleType:
+def plain(scheme: Any, scene: Any) -> ModuleType:
     """The module with its kernels as Python functions."""
     return uncompiled(text(scheme, scene))
 

@@ -49,7 +49,9 @@ def scene_digest(scene: Scene) -> str:
         parts += [name, law_digest(element.law), srepr(element.elongation)]
         parts += [f"{k}={srepr(x)}" for k, x in element.values.items()]
     parts += [f"constraint {name} {srepr(g)}" for name, g in scene.constraints.items()]
-    parts += [f"contact {name} {srepr(gap)}" for name, gap in scene.contacts.items()]
+    for name, x in scene.contacts.items():
+        parts.append(f"contact {name} {srepr(x.gap)} {srepr(x.restitution)} {x.remembered}")
+    parts += [f"friction {name} {srepr(x.along)} {srepr(x.limit)}" for name, x in scene.frictions.items()]
     parts += [f"force {q.name} {srepr(e)}" for q, e in scene.forces.items()]
     energies = (scene.kinetic, scene.potential, scene.dissipation, scene.length, scene.energy_scale)
     parts += [srepr(sympify(e)) for e in energies]

@@ -14,6 +14,7 @@ from .law import Element
 from .names import printed
 from .parameter import Parameter
 from .potentials import by_branch
+from .reactions import Contact, Friction
 from .scene_checks import check
 from .symbols import acceleration, rate
 
@@ -47,9 +48,9 @@ class Scene:
     rather than consistent with the equation of motion. length: the length to which Newton's tolerance is
     relative. laws: name -> a force with memory over an elongation. constraints: name -> an expression in coordinates,
     invariants, parameters and t that is kept at 0 by a reaction; its multiplier has the name. contacts: name ->
-    a gap, likewise, that a pressure of the name keeps from closing beyond 0. outputs: name ->
-    expression in coordinates and invariants. energy_scale: the energy to which errors are relative in a scene that
-    starts without energy. reference: where the scene is from.
+    a gap, likewise, that a pressure of the name keeps from closing beyond 0, or a `Contact`. frictions: name -> a force
+    of the name against what slides. outputs: name -> expression in coordinates and invariants. energy_scale: the energy
+    to which errors are relative in a scene that starts without energy. reference: where the scene is from.
     """
 
     name: str
@@ -65,7 +66,8 @@ class Scene:
     load: Mapping[Symbol, Expr] = field(default_factory=dict[Symbol, Expr])
     laws: Mapping[str, Element] = field(default_factory=dict[str, Element])
     constraints: Mapping[str, Expr] = field(default_factory=dict[str, Expr])
-    contacts: Mapping[str, Expr] = field(default_factory=dict[str, Expr])
+    contacts: Mapping[str, Contact] = field(default_factory=dict[str, Contact])
+    frictions: Mapping[str, Friction] = field(default_factory=dict[str, Friction])
     outputs: Mapping[str, Expr] = field(default_factory=dict[str, Expr])
     energy_scale: Expr | None = None
     reference: str = ""
@@ -74,6 +76,8 @@ class Scene:
         for name in ("kinetic", "potential", "dissipation"):
             object.__setattr__(self, name, by_branch(sympify(getattr(self, name))))
         object.__setattr__(self, "forces", {q: by_branch(sympify(e)) for q, e in self.forces.items()})
+        given = {name: x if isinstance(x, Contact) else Contact(x) for name, x in self.contacts.items()}
+        object.__setattr__(self, "contacts", given)
         check(self)
 
     def __hash__(self) -> int:
@@ -103,7 +107,8 @@ class Scene:
             load=all_renamed(self.load),
             laws={name: element.renamed(names) for name, element in self.laws.items()},
             constraints=all_renamed(self.constraints),
-            contacts=all_renamed(self.contacts),
+            contacts={name: contact.renamed(names) for name, contact in self.contacts.items()},
+            frictions={name: friction.renamed(names) for name, friction in self.frictions.items()},
             outputs=all_renamed(self.outputs),
             energy_scale=renamed(self.energy_scale),
         )
@@ -119,8 +124,13 @@ class Scene:
 
     @property
     def multipliers(self) -> tuple[Symbol, ...]:
-        """Symbols of the constraints' multipliers, and of the contacts' pressures, each with the name of its own."""
-        return tuple(map(Symbol, (*self.constraints, *self.contacts)))
+        """Symbols of the constraints' multipliers, the pressures and the frictions, each with the name of its own."""
+        return tuple(map(Symbol, (*self.constraints, *self.contacts, *self.frictions)))
+
+    @property
+    def impulsive(self) -> bool:
+        """Whether the acceleration that a scheme keeps for its next step is without that of the reactions."""
+        return bool(self.frictions) or any(not contact.remembered for contact in self.contacts.values())
 
     @property
     def rates(self) -> tuple[Symbol, ...]:

@@ -12,6 +12,7 @@ from .errors import DeclarationError
 from .law import Element, larger, slope, smaller, where_at_least
 from .names import check_scene
 from .parameter import Parameter
+from .reactions import Contact, Friction
 from .symbols import sampled, t
 
 NOT_NEGATIVE, TINY = Interval(0, oo), Rational(1, 10**20)
@@ -49,7 +50,9 @@ class _Declared(Protocol):
     @property
     def constraints(self) -> Mapping[str, Expr]: ...
     @property
-    def contacts(self) -> Mapping[str, Expr]: ...
+    def contacts(self) -> Mapping[str, Contact]: ...
+    @property
+    def frictions(self) -> Mapping[str, Friction]: ...
     @property
     def multipliers(self) -> tuple[Symbol, ...]: ...
     @property
@@ -87,13 +90,15 @@ def _symbols(scene: _Declared) -> None:
         for what, value in element.values.items():
             _known(scene, f"{what} of {name}", value, values)
     held = [(f"constraint {name}", g, "0") for name, g in scene.constraints.items()]
-    held += [(f"contact {name}", gap, "0 at contact and positive before") for name, gap in scene.contacts.items()]
+    held += [(f"contact {name}", x.gap, "0 at contact and positive before") for name, x in scene.contacts.items()]
+    held += [(f"friction {name}", x.along, "what slides") for name, x in scene.frictions.items()]
     for what, g, value in held:
         _known(scene, what, g, values | q | set(scene.invariants) | {t})
         if not g.subs(scene.invariants).free_symbols & q:
             raise DeclarationError(
                 f"{scene.name}: expected {what} to depend on coordinates, got {g}; write what is to be {value}"
             )
+    _bounded(scene, values)
     for what, given in (("forces", scene.forces), ("load", scene.load)):
         if unknown := sorted((s for s in given if s not in q), key=str):
             raise DeclarationError(
@@ -111,6 +116,38 @@ def _symbols(scene: _Declared) -> None:
         _known(scene, f"load on {symbol}", sympify(force), values | {t, sampled})
     for symbol, e in (*scene.start.items(), ("length", scene.length)):
         _known(scene, f"start of {symbol}" if symbol != "length" else "length", sympify(e), values)
+
+
+def _bounded(scene: _Declared, values: set[Symbol]) -> None:
+    """What bounds the reactions of contacts and frictions."""
+    pressures = set(map(Symbol, scene.contacts))
+    for name, friction in scene.frictions.items():
+        allowed = values | pressures | set(scene.coordinates) | set(scene.invariants) | {t}
+        _known(scene, f"limit of friction {name}", friction.limit, allowed)
+        if any(friction.limit.diff(a, b).expand() != 0 for a in pressures for b in pressures):
+            raise DeclarationError(
+                f"{scene.name}: expected a limit of friction {name} that is linear in pressures, got {friction.limit}; "
+                "write a coefficient times the pressure"
+            )
+    for name, contact in scene.contacts.items():
+        e = contact.restitution
+        if e is not None:
+            _known(scene, f"restitution of contact {name}", e, values)
+        if e is not None and contact.remembered:
+            raise DeclarationError(
+                f"{scene.name}: expected contact {name} to have a restitution or to be remembered, got both; an "
+                "impact acts once, so leave out remembered=True"
+            )
+        if e is not None and e.is_number and not 0 <= e <= 1:
+            raise DeclarationError(
+                f"{scene.name}: expected a restitution from 0 to 1 for contact {name}, got {e}; it is the share of the "
+                "velocity that an impact leaves"
+            )
+    if (kept := [name for name, x in scene.contacts.items() if x.remembered]) and scene.impulsive:
+        raise DeclarationError(
+            f"{scene.name}: expected contacts that are all remembered, without friction, or none that is, got "
+            f"{kept[0]} beside others; leave out remembered=True"
+        )
 
 
 def _known(scene: _Declared, what: str, expression: Expr, allowed: set[Symbol]) -> None:

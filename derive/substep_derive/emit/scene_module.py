@@ -18,7 +18,7 @@ from .templates.scene import LOG_COSH, SCENE_FUNCTION, SCENE_HEADER, SCENES
 from .templates.scheme import BANNER
 
 CONSTRAINED = "Matrix, row by row, and right side of the equations for acceleration and multipliers."
-DRIFT = "What constraints keep at 0, and minus gaps of contacts; first derivatives; second without accelerations."
+DRIFT = "What constraints keep at 0, minus gaps, what slides; first derivatives; second without accelerations."
 DIRECTIONS = "Their derivatives by the coordinates, row by row."
 COMMIT = "What laws remember once it is committed at a displacement, `elapsed` s after that given."
 
@@ -38,7 +38,8 @@ def energies_and_forces(motion: EquationsOfMotion) -> str:
         "load": list(motion.load) if any(motion.load) else None,
         "angular momentum": motion.angular_momentum,
         **{f"constraint {name}": f"{g} = 0" for name, g in motion.scene.constraints.items()},
-        **{f"contact {name}": f"{gap} >= 0" for name, gap in motion.scene.contacts.items()},
+        **{f"contact {name}": f"{contact.gap} >= 0" for name, contact in motion.scene.contacts.items()},
+        **{f"friction {name}": f"along {x.along}, at most {x.limit}" for name, x in motion.scene.frictions.items()},
         **{f"memory {s}": f"{e}, then {motion.commit[s]}" for s, e in motion.memory.items()},
     }
     return "\n".join(f"    {name}: {form}" for name, form in forms.items() if form is not None)
@@ -56,9 +57,9 @@ def scene_module(motion: EquationsOfMotion) -> str:
         matrix, right = motion.constrained
         functions.append(_function("constrained", values, CONSTRAINED, motion, [*matrix, *right]))
     if scene.multipliers:
-        drift = [*motion.constraints, *motion.drift[0], *motion.drift[1]]
+        drift = [*motion.held.expressions, *motion.held.drift[0], *motion.held.drift[1]]
         functions.append(_function("drift", values, DRIFT, motion, drift))
-        functions.append(_function("directions", values, DIRECTIONS, motion, list(motion.directions)))
+        functions.append(_function("directions", values, DIRECTIONS, motion, list(motion.held.directions)))
     if not scene.constraints:
         acceleration = motion.consistent_acceleration
         functions.append(
@@ -162,7 +163,7 @@ def scene_entry(motion: EquationsOfMotion) -> str:
         "outputs": literal_tuple(f'"{name}"' for name in motion.outputs) if motion.outputs else None,
         "angular_momentum": None if motion.angular_momentum is None else "True",
         "sampled": "True" if motion.is_sampled else None,
-        "damped": "True" if motion.of_rates or not motion.damping.is_zero_matrix else None,
+        "damped": "True" if motion.of_rates or scene.frictions or not motion.damping.is_zero_matrix else None,
         "conserves": "True" if motion.of_rates and motion.conserves else None,
         "oscillator": None if oscillator is None else function(literal_tuple(number(e) for e in oscillator)),
     }
@@ -170,10 +171,14 @@ def scene_entry(motion: EquationsOfMotion) -> str:
     if motion.memory:
         entry["memory"] = literal_tuple(f'"{s}"' for s in motion.memory)
         entry["unstrained"] = function(literal_tuple(number(e) for e in motion.in_kernels.memory.values()))
-    if scene.multipliers:
+    if scene.constraints:
         entry["multipliers"] = literal_tuple(f'"{name}"' for name in scene.constraints)
     if scene.contacts:
         entry["contacts"] = literal_tuple(f'"{name}"' for name in scene.contacts)
+    if scene.frictions:
+        entry["frictions"] = literal_tuple(f'"{name}"' for name in scene.frictions)
+    if scene.impulsive:
+        entry["impulsive"] = "True"
     return "{" + ",\n        ".join(f'"{key}": {value}' for key, value in entry.items()) + "}"
 
 

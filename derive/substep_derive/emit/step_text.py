@@ -140,11 +140,11 @@ class _Writer:
 
 
 def _unsettled(step: BalanceStep, change: Matrix, near: str, printer: KernelPrinter) -> list[str]:
-    """Lines by which an iteration goes on while the pressure of a contact changes, as where it has just opened.
+    """Lines by which an iteration goes on while a pressure or a friction changes, as where a contact has just opened.
 
-    A change counts where it is more than a thousandth of the pressure, and moves an unknown by more than what is near.
+    A change counts where it is more than a thousandth of it, and moves an unknown by more than what is near.
     """
-    J, first = step.jacobian_names, len(change) - step.contacts
+    J, first = step.jacobian_names, len(change) - step.bounded
     found = list[str]()
     for p in range(first, len(change)):
         moves = [f"abs({J[i, p]}*{change[p]}) > {near}*abs({J[i, i]})" for i in range(first) if J[i, p] * J[i, i] != 0]

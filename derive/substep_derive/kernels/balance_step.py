@@ -5,13 +5,11 @@ constant matrix c_a M + c_v C + c_u K, inverted once a run; Newton's iteration i
 depends on z.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from sympy import Add, Dummy, Expr, Integer, Matrix, Mul, Piecewise, Rational, S, Symbol, diag, oo, symbols, zeros
 
 from ..declare.law import slope as slope_of
-from ..declare.law import smaller, where_at_least
 from ..declare.names import entry_name
 from ..declare.scene import POSITIVE
 from ..declare.symbols import N, N_discrete, h
@@ -33,8 +31,8 @@ class BalanceStep:
     linear, and inverse is what would be inverted before any law yields. free: the residual's derivative by z without
     internal force. bounds: names of two values of z between which the root is kept, and their values before the first
     iteration; where laws make the residual bend. commits: of what laws remember, once the balance is solved.
-    multipliers: how many of the last unknowns are those of constraints and contacts, of which the last rows of the
-    residual are; contacts: how many of the last of these are pressures.
+    multipliers: how many of the last unknowns are reactions, of which the last rows of the residual are; bounded: how
+    many of the last of these are pressures and frictions.
     """
 
     k: int
@@ -52,7 +50,7 @@ class BalanceStep:
     bounds: Assignments = field(default_factory=Assignments)
     commits: Assignments = field(default_factory=Assignments)
     multipliers: int = 0
-    contacts: int = 0
+    bounded: int = 0
 
     @property
     def residual_names(self) -> Matrix:
@@ -190,7 +188,6 @@ def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
             slope = slope + displacement.diff(s) * c_u * w.motion.tangent([Integer(0)] * w.size)
         residual = w.hoisted(still + by_rate + w.vector(force))
         return BalanceStep(k, z, before, [], residual, slope, w.inverse(slope), None, Integer(0), after, free)
-    w.unknown = multipliers_of(w, k)
     mixed, forces, known, by_z = _moving_force(w, stage, reach)
     per_mass, of_rate = _per_mass(w.motion), not rate_slope.is_zero_matrix
     slope, plain, forces, by_z, still = (
@@ -214,57 +211,11 @@ def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
     else:
         one_over = w.reciprocal(solved(next(iter(reach)))[0].diff(z[0]), c_u)
         first = (w.components(last) - w.components(predicted(0))) * one_over
-    if w.motion.scene.multipliers:
-        residual, jacobian = constrained(w, reach, w.hoisted(residual), w.hoisted(slope + by_z), forces)
-        unknown, first = with_multipliers(w, reach, last, z, first)
-        return BalanceStep(
-            k, unknown, before, reached + mixed, residual, jacobian, Matrix(), first, c_u, after, slope,
-            multipliers=len(w.unknown), contacts=len(w.motion.scene.contacts),
-        )  # fmt: skip
     bends = bool(w.motion.scene.laws) and w.size == 1
     return BalanceStep(
         k, z, before, reached + mixed, w.hoisted(residual), w.hoisted(slope + by_z), Matrix(), first, c_u, after, slope,
         bounds=[(Symbol(f"low_{k}"), -oo), (Symbol(f"high_{k}"), oo)] if bends else [],
     )  # fmt: skip
-
-
-def multipliers_of(w: Writer, k: int) -> Matrix:
-    """Names of the multipliers of constraints that the k-th balance is solved for."""
-    return Matrix([Symbol(f"multiplier{k + 1}_{s}") for s in w.motion.scene.multipliers])
-
-
-def with_multipliers(
-    w: Writer, reach: Mapping[Symbol, Expr], last: Symbol, z: Matrix, first: Matrix
-) -> tuple[Matrix, Matrix]:
-    """The unknowns of a balance, z and its multipliers, and where they start: the multipliers at those before."""
-    if not w.unknown:
-        return z, first
-    start = Matrix([*first, *w.reactions[last]])
-    w.reactions[next(iter(reach))] = w.unknown
-    return Matrix([*z, *w.unknown]), start
-
-
-def constrained(
-    w: Writer, reach: Mapping[Symbol, Expr], residual: Matrix, jacobian: Matrix, forces: Matrix
-) -> tuple[Matrix, Matrix]:
-    """The residual with the constraints at the displacement that moves, and its derivative by z and multipliers.
-
-    The constraints are divided by that displacement's derivative by z, so that nothing depends on the step. Of a
-    contact the smaller of gap and pressure is 0, which Newton's iteration finds by branch.
-    """
-    ((u, c_u),) = reach.items()
-    at, when = list(w.components(u)), w.when(u)
-    held = w.hoisted(w.motion.constraints_at(at, when) * w.constant(1 / c_u))
-    directions = w.hoisted(w.motion.directions_at(at, when))
-    by_multipliers = w.hoisted(forces.jacobian(w.unknown))
-    below = Matrix.hstack(directions, zeros(len(w.unknown)))
-    for k in range(len(w.motion.scene.constraints), len(w.unknown)):
-        gap, pressure = -held[k], w.unknown[k]
-        held[k] = smaller(gap, pressure)
-        for j in range(w.size):
-            below[k, j] = where_at_least(pressure, gap, -directions[k, j], Integer(0))
-        below[k, w.size + k] = where_at_least(pressure, gap, Integer(0), Integer(1))
-    return Matrix([*residual, *held]), Matrix([*Matrix.hstack(jacobian, by_multipliers).tolist(), *below.tolist()])
 
 
 def _rate_force(w: Writer, speed: Matrix, z: Matrix) -> tuple[Matrix, Matrix]:

@@ -9,7 +9,6 @@ from typing import Any
 
 from sympy import Abs, Expr, Integer, Matrix, Ne, Piecewise, Symbol, oo, true
 
-from ..constrained.prescribed import prescribed
 from ..declare.errors import DeclarationError
 from ..declare.scheme import Scheme
 from ..declare.symbols import N, knot, knot_of, steps_back, successor, t
@@ -21,6 +20,7 @@ from ..step.times import passed, sub_step_ends
 from .balance_step import BalanceStep, Part, Phase, balance_step, written
 from .general_step import general_step, refuse
 from .near_series import NearSeries
+from .reactions import at_start, begin, kept, remembered
 
 
 @dataclass(frozen=True)
@@ -82,14 +82,14 @@ class Body:
         if damped and not scheme.takes_damping:
             others, cure = (
                 (" or other forces of rates", "")
-                if motion.general
+                if motion.moves
                 else ("", ", or declare the scene without dissipation")
             )
             raise DeclarationError(
                 f"{scheme.name} is a scheme for u'' = g(t, u): expected a scene without damping{others}, got "
                 f"{motion.scene.name}; take another scheme{cure}"
             )
-        if motion.general:
+        if motion.moves:
             refuse(scheme, motion)
         near = scheme.in_doubles
         lowered, exact = Step.of(near), Step.of(scheme)
@@ -98,13 +98,11 @@ class Body:
         w = Writer(near, motion, stencil, now=now, began=BEGAN if now is None else knot(0).u)
         w.fixed.update(weights)
         ends = sub_step_ends(exact) if motion.scene.laws else ()  # which refuses a discrete gradient of any law
-        if motion.memory or motion.general or motion.scene.multipliers:
+        if motion.memory or motion.general:
             w.instants |= passed(lowered)
         if motion.memory:
             w.committed[knot(0).u] = Integer(0)
-        if motion.scene.multipliers:
-            _require_holding(scheme)
-            w.reactions[knot(0).u] = _multipliers(motion)
+        begin(w, scheme, lowered)
         reads = [*outputs, *errors, *read, *(end.u for end in ends if motion.memory)]
         wanted = _wanted(near, prior, found, reads, damped=damped)
         known = written(w, {s: e for s, e in prior.items() if s in wanted})
@@ -119,15 +117,16 @@ class Body:
                 step = replace(step, commits=[*step.commits, *w.commit(end.u, at, inside)])
             steps.append(step)
             last = next(iter(stage.moved), last)
-        oldest_first = sorted(near.state, key=steps_back, reverse=True)
-        shift = [both for s in oldest_first for both in assign(w.components(s), w.components(successor(s)))]
-        report, assigned = _reported(w, outputs)
+        free, more, reactions = kept(w, lowered)
+        steps[-1] = replace(steps[-1], after=[*steps[-1].after, *more])
+        shift = _shifted(w, near.state, free)
+        report, assigned = _reported(w, [*outputs[:2], *(e.subs(free) for e in outputs[2:])])
         last_commit = w.commit(report[0], Integer(1))
-        remembered = w.memory(len(w.committed) - 1)
-        memory: Assignments = list(zip(w.memory(0).values(), remembered.values(), strict=True))
-        memory += assign(_multipliers(motion), w.reactions.get(knot(1).u, w.unknown))
+        committed = w.memory(len(w.committed) - 1)
+        memory: Assignments = list(zip(w.memory(0).values(), committed.values(), strict=True))
+        memory += assign(at_start(motion.scene), reactions)
         at = dict(zip((*motion.coordinates, *motion.scene.rates), (*report[0], *report[1]), strict=True))
-        energy = w.hoist(motion.energy.subs({**at, **remembered, t: w.instant(Integer(1))}, simultaneous=True))
+        energy = w.hoist(motion.energy.subs({**at, **committed, t: w.instant(Integer(1))}, simultaneous=True))
         estimates = [w.vector(e) for e in errors]
         for stage, step in list(zip(found, steps, strict=True))[::-1]:
             if stage.c_u != 0:  # the last implicit balance
@@ -274,6 +273,13 @@ class Body:
         return [(name, f"{j}, {i}") for j, s in rows for i, name in enumerate(self.components(s))]
 
 
+def _shifted(w: Writer, state: Iterable[Symbol], free: Mapping[Symbol, Symbol]) -> Assignments:
+    """Component of the state -> its successor, or what is kept in place of that, oldest first."""
+    oldest_first = sorted(state, key=steps_back, reverse=True)
+    new = [(s, successor(s)) for s in oldest_first]
+    return [both for s, after in new for both in assign(w.components(s), w.components(free.get(after, after)))]
+
+
 def _reported(w: Writer, outputs: Iterable[Expr]) -> tuple[list[Matrix], Assignments]:
     """Components of what a step reports, and the assignments that compute them."""
     report, assigned = list[Matrix](), Assignments()
@@ -292,30 +298,10 @@ def _start(scheme: Scheme, motion: EquationsOfMotion) -> Start:
     stencil = instants(expressions, scheme.typical)
     w = Writer(
         scheme, motion, stencil, began=knot(0).u, instants={knot(0).u: Integer(0)}, committed={knot(0).u: Integer(0)},
-        reactions={knot(0).u: _multipliers(motion)},
+        reactions={knot(0).u: remembered(motion.scene)},
     )  # fmt: skip
     state = Matrix.hstack(*(w.hoisted(w.vector(e).subs(STEPS[0], SINCE)) for e in expressions))
     return Start(w.constants, state, stencil)
-
-
-def _multipliers(motion: EquationsOfMotion) -> Matrix:
-    """The multipliers of constraints at t_n, of the last reaction there."""
-    return Matrix([Symbol(f"multiplier_{s}") for s in motion.scene.multipliers])
-
-
-def _require_holding(scheme: Scheme) -> None:
-    """Raises DeclarationError for a scheme whose reactions do not hold each displacement that it takes forces at."""
-    found, step = prescribed(scheme), Step.of(scheme)
-    if any(stage.c_u == 0 for stage in step.stages):
-        raise DeclarationError(
-            f"{scheme.name} is explicit: expected each balance to move the displacement that it takes the force at, so "
-            "that its reaction holds a constraint there; take an implicit scheme, or a scene without constraints"
-        )
-    if not found.at_end:
-        raise DeclarationError(
-            f"{scheme.name} takes no force at the end of its steps: expected a reaction that holds the displacement "
-            "there, which would drift from the constraint; take another scheme"
-        )
 
 
 def _wanted(

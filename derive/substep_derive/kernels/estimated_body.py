@@ -62,10 +62,10 @@ class EstimatedBody:
         Raises DeclarationError as `Body.of`, and for a scheme whose state holds values before t_n or does not
         begin with u_0, v_0, a_0: its step cannot change.
         """
-        if held := (*motion.scene.constraints, *motion.scene.contacts):
+        if held := motion.scene.multipliers:
             raise DeclarationError(
                 f"{motion.scene.name}: expected a scene without constraints where steps change, since the estimated "
-                f"error would not say that of the reaction, got {', '.join(held)}; give dt"
+                f"error would not say that of the reaction, got {', '.join(map(str, held))}; give dt"
             )
         if earlier_ones := [s for s in scheme.state if s not in knot(0)]:
             raise DeclarationError(

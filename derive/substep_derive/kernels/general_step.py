@@ -23,8 +23,10 @@ from ..declare.scheme import Scheme
 from ..declare.symbols import K0, C, K_t, M, N, N_discrete, h, knot, knot_of
 from ..motion.components import Assignments, Writer, assign, drawn_out
 from ..motion.equations import EquationsOfMotion, solved
-from ..step.step import Stage
-from .balance_step import BalanceStep, constrained, multipliers_of, predicted, with_multipliers, written
+from ..step.step import Stage, Step
+from ..step.times import moved
+from .balance_step import BalanceStep, predicted, written
+from .reactions import by_velocity, joined, of_balance, pushed
 
 
 @dataclass(frozen=True)
@@ -56,8 +58,8 @@ def refuse(scheme: Scheme, motion: EquationsOfMotion) -> None:
 
 
 def general_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symbol]) -> BalanceStep:
-    """One balance; it is iterated if its force depends on the unknown."""
-    w.unknown = multipliers_of(w, k)
+    """One balance; it is iterated if its force depends on the unknown, or if it has reactions."""
+    w.unknown = w.acting = of_balance(w.motion.scene, k)
     at = _At(w, k, stage)
     z, before, reached, reach = at.z, Assignments(), Assignments(), dict[Symbol, Expr]()
     for number, s in enumerate(sorted(stage.moved, key=str)):
@@ -67,7 +69,7 @@ def general_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
         reached += assign(w.components(s), predictor + reach[s] * z)
     after = reached + written(w, {s: e for s, e in stage.in_z.items() if s in wanted and s not in reach})
     inertia, places = at.in_z(stage.balance.inertia), _places(stage, w)
-    moving = [place for place in places if at.moves(place)]
+    moving = [place for place in places if at.moves(place)] or (places[-1:] if w.unknown else [])
     load = w.vector(stage.balance.load) / sum((place.weight for place in places), Integer(0))
     for place in places:
         if place not in moving:
@@ -80,7 +82,7 @@ def general_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
         )
     if moving:
         found = _iterated(at, last, moving[0], inertia, load, reach)
-        return replace(found, before=before + found.before, moving=reached + found.moving, after=after)
+        return replace(found, before=before + found.before, moving=reached + found.moving, after=after + found.after)
     nothing = zeros(w.size)
     explicit = assign(z, w.hoisted(-at.at_rest(inertia) / inertia[0].diff(z[0])))
     return BalanceStep(
@@ -99,9 +101,9 @@ def _iterated(
     before, within = Assignments(), Assignments()
     vectors = [(w.components(s), c) for s, c in reach.items()]  # that move with z, and their derivatives by it
 
-    def named(kind: str, whole: Matrix) -> Matrix:
+    def named(kind: str, whole: Matrix, where: str = "at") -> Matrix:
         """Names of a vector that moves with z, assigned in every iteration from its value at z = 0."""
-        name, star = (w.components(Symbol(f"{kind}_*{label}")) for label in ("at", "star"))
+        name, star = (w.components(Symbol(f"{kind}_*{label}")) for label in (where, f"{where}star"))
         before.extend(assign(star, w.hoisted(at.at_rest(whole))))
         within.extend(assign(name, star + whole[0].diff(z[0]) * z))
         return name
@@ -118,26 +120,39 @@ def _iterated(
         v = vectors[-1][0]
     c_a, rest = inertia[0].diff(z[0]), w.hoisted(at.at_rest(inertia))
     a = z if rest.is_zero_matrix and c_a == 1 else named("a", inertia)
+    if w.strengths:
+        w.acting = w.unknown * w.constant(c_a / place.weight)
     mass, force = at.equation(place, u, v)
     residual, jacobian = mass * a + place.weight * (force - load), c_a * mass
     for names, rate in vectors:
         jacobian += Matrix([[slope(e, s) for s in names] for e in residual]) * rate
-    if w.motion.scene.multipliers:
-        residual, jacobian = constrained(w, reach, residual, jacobian, residual)
+    after = Assignments()
+    if w.unknown:
+        s, velocity = moved(Step.of(w.scheme), at.stage)
+        c_u, where = reach.get(s, Integer(0)), w.components(s)
+        speed = at.in_z(velocity) if by_velocity(w.motion.scene) else zeros(w.size, 1)
+        c_v = speed[0].diff(z[0])
+        if c_v != 0:
+            speed = named("v", speed, "held")
+            vectors.append((speed, c_v))
+        residual, jacobian = joined(w, at.k, at.stage, (residual, jacobian), (where, c_u), (speed, c_v))
+        w.reactions[s] = zeros(len(w.unknown), 1) if w.strengths else w.unknown
+        if w.strengths:
+            after += pushed(w, at.k, where, w.when(s))
     steady = _Steady(at.k, {s for m in (z, a, w.unknown, *(names for names, _ in vectors)) for s in m.free_symbols})
     residual, jacobian = (w.hoisted(m).applyfunc(steady.without) for m in (residual, jacobian))
     c_u, first = next(iter(reach.values()), Integer(0)), zeros(w.size, 1)
     if w.motion.bends_at_rest:  # as if there were no force of the rates, whose slope may have no bound at the last z
         still = at.acceleration(place, at.at_rest(at.in_z(place.u)), zeros(w.size, 1), load)
-        first = w.hoisted(-(rest + still) / c_a).subs(dict(zip(w.unknown, w.reactions.get(last, ()), strict=True)))
+        first = w.hoisted(-(rest + still) / c_a).subs(dict(zip(w.unknown, w.latest, strict=True)))
     elif c_u != 0:
         first = (w.components(last) - w.components(predicted(0))) * w.reciprocal(c_u, c_u)
-    far = Abs(c_u) + Abs(h * at.stage.c_v) if w.motion.of_rates else c_u
+    far = Abs(c_u) + Abs(h * at.stage.c_v) if w.motion.of_rates or by_velocity(w.motion.scene) else c_u
     before += steady.assignments
-    unknown, first = with_multipliers(w, reach, last, z, first)
+    first, w.latest, scene = Matrix([*first, *w.latest]), w.unknown, w.motion.scene
     return BalanceStep(
-        at.k, unknown, before, within, residual, jacobian, Matrix(), first, far, [], c_a * mass,
-        multipliers=len(w.unknown), contacts=len(w.motion.scene.contacts),
+        at.k, Matrix([*z, *w.unknown]), before, within, residual, jacobian, Matrix(), first, far, after, c_a * mass,
+        multipliers=len(w.unknown), bounded=len(scene.contacts) + len(scene.frictions),
     )  # fmt: skip
 
 

@@ -77,6 +77,9 @@ class Writer:
     began: Symbol = BEGAN  # the displacement at which K0 is taken
     reactions: dict[Expr, Matrix] = field(default_factory=dict)  # multipliers by the displacement of their force
     unknown: Matrix = field(default_factory=Matrix)  # those of the balance that is written
+    acting: Matrix = field(default_factory=Matrix)  # the same, times what its force is for each
+    latest: Matrix = field(default_factory=Matrix)  # those last solved for
+    strengths: tuple[Expr, ...] = ()  # of each balance: see `step.times.impulses`
 
     def __post_init__(self) -> None:
         self.fixed |= set(self.scheme.values) | {p.symbol for p in self.motion.scene.parameters} | {h}
@@ -101,13 +104,13 @@ class Writer:
         if not self.motion.scene.multipliers:
             return zeros(self.size, 1)
         where = self.when(force.args[0]) if at is None else at
-        return self.motion.directions_at(u, where).T * self.reactions.get(force.args[0], self.unknown)
+        return self.motion.held.directions_at(u, where).T * self.reactions.get(force.args[0], self.acting)
 
     def discrete_reaction(self, old: Sequence[Expr], new: Sequence[Expr]) -> Matrix:
         """The reaction beside a discrete gradient between two displacements; 0 without constraints."""
         if not self.motion.scene.multipliers:
             return zeros(self.size, 1)
-        return self.motion.discrete_directions(old, new).T * self.unknown
+        return self.motion.discrete_directions(old, new).T * self.acting
 
     @property
     def size(self) -> int:

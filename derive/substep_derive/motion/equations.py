@@ -32,6 +32,7 @@ from ..declare.potentials import contact, tidy
 from ..declare.scene import POSITIVE, Scene
 from ..declare.symbols import rate, sampled, t
 from .differences import discrete_slopes
+from .held import Held
 
 DISSIPATED = Symbol("dissipated")  # the energy that the laws of a scene have dissipated
 
@@ -77,6 +78,11 @@ class EquationsOfMotion:
 
     @cached_property
     def general(self) -> bool:
+        """Whether the equations of motion are taken at knots: they move, or have reactions."""
+        return self.moves or bool(self.scene.multipliers)
+
+    @cached_property
+    def moves(self) -> bool:
         """Whether more than a constant mass, a constant damping, a force of the coordinates and a load of t is needed.
 
         Forces of laws that depend on rates alone apart, which are taken at the velocity that the damping is taken at.
@@ -275,26 +281,9 @@ class EquationsOfMotion:
         return Matrix([[slope(x, q) for q in self.coordinates] for x in self._of_laws(of_rate=False)])
 
     @cached_property
-    def constraints(self) -> Matrix:
-        """What constraints keep at 0, and minus the gaps of contacts, which keep it from above 0, (c, 1)."""
-        return Matrix([tidy(g).subs(self.scene.invariants) for g in self._held.values()])
-
-    @property
-    def _held(self) -> dict[str, Expr]:
-        return {**self.scene.constraints, **{name: -gap for name, gap in self.scene.contacts.items()}}
-
-    @cached_property
-    def directions(self) -> Matrix:
-        """The derivatives (c, d) of the constraints by the coordinates."""
-        return self.constraints.jacobian(self.coordinates)
-
-    def constraints_at(self, u: Sequence[Expr], at: Expr) -> Matrix:
-        """What constraints keep at 0, at the displacement u and the time `at`."""
-        return self.constraints.subs({t: at, **dict(zip(self.coordinates, u, strict=True))}, simultaneous=True)
-
-    def directions_at(self, u: Sequence[Expr], at: Expr) -> Matrix:
-        """Their derivatives (c, d) there; the transposed times the multipliers is a force, as `force` has it."""
-        return self.directions.subs({t: at, **dict(zip(self.coordinates, u, strict=True))}, simultaneous=True)
+    def held(self) -> Held:
+        """What reactions hold."""
+        return Held(self.scene)
 
     def discrete_directions(self, u0: Sequence[Expr], u1: Sequence[Expr]) -> Matrix:
         """Discrete gradients (c, d) of the constraints between two displacements: see `discrete_gradient`.
@@ -302,45 +291,42 @@ class EquationsOfMotion:
         Raises DeclarationError for a constraint that holds the time, which has none.
         """
         rows = []
-        for name, g in self._held.items():
+        for name, g in self.held.by_name.items():
             if g.has(t):
                 raise DeclarationError(
                     f"{self.scene.name}: expected {name} without time, for a scheme that takes forces as "
                     f"discrete gradients, got {g}; take another scheme"
                 )
-            alone = replace(self.scene, potential=g, constraints={}, contacts={}, laws={})
+            alone = replace(self.scene, potential=g, constraints={}, contacts={}, frictions={}, laws={})
             rows.append(EquationsOfMotion(alone).discrete_gradient(u0, u1).T)
         return Matrix.vstack(*rows)
-
-    @cached_property
-    def drift(self) -> tuple[Matrix, Matrix]:
-        """The first time derivative (c, 1) of the constraints, and of the second what holds no acceleration."""
-        along = [*zip(self.coordinates, self.scene.rates, strict=True), (t, Integer(1))]
-
-        def rate_of(e: Expr) -> Expr:
-            return sum((e.diff(q) * v for q, v in along), Integer(0))
-
-        first = self.constraints.applyfunc(rate_of)
-        return first, first.applyfunc(rate_of)
 
     @cached_property
     def constrained(self) -> tuple[Matrix, Matrix]:
         """The matrix (d + c, d + c) and the right side of the equations for acceleration and multipliers.
 
-        They are the equation of motion, under the pressures of contacts, and the second derivative of the constraints.
+        They are the equation of motion, under the pressures of contacts that are remembered, and the second derivative
+        of the constraints.
         """
         c = len(self.scene.constraints)
-        along = self.directions[:c, :]
+        along = self.held.directions[:c, :]
         matrix = Matrix.vstack(Matrix.hstack(self.mass, along.T), Matrix.hstack(along, zeros(c, c)))
-        return matrix, Matrix.vstack(self._rest, -self.drift[1][:c, :])
+        return matrix, Matrix.vstack(self._rest, -self.held.drift[1][:c, :])
 
     @property
     def _rest(self) -> Matrix:
-        """All forces but those of constraints, on the right-hand side; pressures of contacts by their symbols."""
+        """All forces but those of constraints, on the right-hand side; remembered pressures by their symbols.
+
+        Without what is not remembered, the acceleration is that between impacts, with nothing that slides.
+        """
         rest = self.load - self.damping * Matrix(self.scene.rates) - self._force - self.rate_force
         c = len(self.scene.constraints)
         pressures = Matrix(list(self.scene.multipliers[c:]))
-        return rest - self.directions[c:, :].T * pressures if self.scene.contacts else rest
+        return (
+            rest
+            if self.scene.impulsive or not self.scene.contacts
+            else rest - self.held.directions[c:, :].T * pressures
+        )
 
     def tangent_at_start(self, u: Sequence[Expr]) -> Matrix:
         """Tangent stiffness at the displacement u, of laws that of their start, before they are strained."""
@@ -357,7 +343,7 @@ class EquationsOfMotion:
     @property
     def linear(self) -> bool:
         """Whether the force is linear in coordinates and rates, without memory, and the mass constant."""
-        bends = self.scene.laws or self.scene.multipliers or self.general
+        bends = self.scene.laws or self.general
         return not (bends or self._tangent.free_symbols & set(self.coordinates))
 
     @cached_property
@@ -418,7 +404,8 @@ class EquationsOfMotion:
     @property
     def conserves(self) -> bool:
         """Whether the energy is constant on every motion, for forces that depend on rates those of inertia alone."""
-        others = self.scene.dissipation != 0 or self.scene.forces or self.scene.load or self.scene.laws
+        given = self.scene
+        others = given.dissipation != 0 or given.forces or given.load or given.laws or given.frictions
         return not others and not (self.kinetic + self.scene.potential).has(t)
 
     @cached_property
@@ -428,7 +415,7 @@ class EquationsOfMotion:
         For two coordinates the rotation of their plane, for one that is an angle its shift.
         """
         q, v = self.coordinates, self.scene.rates
-        V = [self._whole_potential.subs(self.scene.invariants), *self.constraints]
+        V = [self._whole_potential.subs(self.scene.invariants), *self.held.expressions]
         momenta = self.mass * Matrix(v)
         if len(q) == 2 and not self.kinetic.free_symbols & set(q):
             torques = (q[0] * e.diff(q[1]) - q[1] * e.diff(q[0]) for e in V)

@@ -6,15 +6,16 @@ consistent scheme follows that motion exactly.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 
-from sympy import Expr, Integer, Symbol, cancel, ordered
+from sympy import Expr, Integer, Symbol, cancel, ordered, sympify
 
 from ..algebra.constant import reduced
 from ..declare.errors import DeclarationError
 from ..declare.parameter import positive
-from ..declare.symbols import K_t, N, N_discrete, h, kind_of, steps_back
-from .step import Step
+from ..declare.symbols import K_t, N, N_discrete, h, kind_of, knot, knot_of, steps_back
+from .step import Stage, Step
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,78 @@ def sub_step_ends(step: Step) -> Sequence[SubStepEnd]:
             found.append(SubStepEnd(s, instants[s], all(positive(gap, step.scheme.parameters) for gap in gaps)))
             last = at
     return found
+
+
+@cache
+def instants_of(step: Step) -> Mapping[Symbol, Expr]:
+    """Of each displacement of a step its instant, in steps after t_n."""
+    return {s: sympify(e) for s, e in passed(step).items() if kind_of(s) == 0}
+
+
+@dataclass(frozen=True)
+class Impulses:
+    """How reactions act that a scheme does not remember: the acceleration that it keeps is without theirs.
+
+    A reaction that is constant accelerates by 1 where it acts alone. strengths: for each balance the acceleration that
+    is then its reaction's, so that its velocity is exact; 2 for the trapezoidal rule, which gives a new acceleration
+    half of the step. Velocities and displacements before are exact, and what is kept of accelerations is 0. weights:
+    what accelerations of the reactions of a step, each times its own, are as one that is constant.
+    """
+
+    strengths: tuple[Expr, ...]
+    weights: tuple[Expr, ...]
+
+
+@cache
+def impulses(step: Step) -> Impulses:
+    """Those of a step.
+
+    Raises DeclarationError for a balance that does not move the velocity where it takes the force.
+    """
+    back = {s: sympify(steps_back(s)) for s in step.state}
+    values = {s: [tau**2 / 2, -tau, Integer(0)][kind_of(s)] for s, tau in back.items()} | {h: Integer(1)}
+    at, found = instants_of(step), list[Expr]()
+    known = {s: e.subs(values, simultaneous=True) for s, e in step.solved.items()}
+    for stage, z in zip(step.stages, step.accelerations, strict=True):
+        u, v = moved(step, stage)
+        if known.get(v, Integer(0)).diff(z) == 0:
+            raise DeclarationError(
+                f"{step.scheme.name}: expected each balance to move the velocity of the displacement that it takes the "
+                f"force at, {v}, so that an impulse acts in it; take another scheme"
+            )
+        found.append(reduced(cancel((at[u] - known[v].subs(z, 0)) / known[v].diff(z))))
+        known = {s: e.subs(z, found[-1]) for s, e in known.items()}
+    reported = step.reported[1].subs({s: e.subs(h, 1) for s, e in step.solved.items()}, simultaneous=True)
+    slopes = [reported.diff(z) for z in step.accelerations]
+    whole = sum((a * s for a, s in zip(slopes, found, strict=True)), Integer(0))
+    return Impulses(tuple(found), tuple(reduced(cancel(a / whole)) for a in slopes))
+
+
+def impulses_last(step: Step) -> bool:
+    """Whether a velocity that a balance's reaction gives stays as it is, without forces, to the end of steps after it.
+
+    It does not where a velocity is extrapolated from several, as by three-point backward Euler, or where later balances
+    count an acceleration once more.
+    """
+    _, v0, _ = knot(0)
+    reported = step.reported[1].subs(step.solved, simultaneous=True)
+    others = [s for s in step.state if kind_of(s) < 2 and s != v0]
+    if reported.diff(v0) != 1 or any(reduced(cancel(reported.diff(s))) != 0 for s in others):
+        return False
+    given = [
+        step.solved.get(moved(step, stage)[1], Integer(0)).diff(z)
+        for stage, z in zip(step.stages, step.accelerations, strict=True)
+    ]
+    changes = [reduced(cancel(reported.diff(z) - g)) for z, g in zip(step.accelerations, given, strict=True)]
+    return all(change == 0 for change in changes)
+
+
+def moved(step: Step, stage: Stage) -> tuple[Symbol, Symbol]:
+    """The newest displacement that a balance takes the force at, of those that move with it if any does; and its v."""
+    among = stage.moved or {s for a in stage.balance.force.atoms(N, N_discrete) for s in a.free_symbols}
+    at = instants_of(step)
+    u = max(among, key=lambda s: (at[s].subs(step.scheme.typical), str(s)))
+    return u, Symbol(f"v_{(knot_of(u) or ('', '0'))[1]}")
 
 
 def _followed(step: Step, state: Mapping[Symbol, Expr], acceleration: Expr) -> Mapping[Symbol, Expr]:

@@ -142,7 +142,8 @@ class SceneInfo:
     gives the load. damped: whether its velocity causes a force; conserves: whether that does no work, being one of
     inertia. memory: names of what its laws remember; unstrained: a function of the parameters, its values before
     anything is strained; multipliers: names of those of its constraints; contacts: names of its contacts, whose
-    pressures are the last of memory, behind multipliers. declaration: of a scene of the user's own.
+    pressures follow in memory; frictions: names of those, which are the last. impulsive: whether steps remember none of
+    these reactions. declaration: of a scene of the user's own.
     """
 
     name: str
@@ -162,6 +163,8 @@ class SceneInfo:
     unstrained: Callable[..., tuple[Any, ...]] | None = field(compare=False)
     multipliers: tuple[str, ...] = field(compare=False)
     contacts: tuple[str, ...] = field(compare=False)
+    frictions: tuple[str, ...] = field(compare=False)
+    impulsive: bool = field(compare=False)
     reference: str = field(compare=False)
     declaration: "SceneDeclaration | None" = field(compare=False)
 
@@ -190,10 +193,14 @@ class SceneInfo:
             sampled=entry.get("sampled", False),
             damped=entry.get("damped", False),
             conserves=entry.get("conserves", False),
-            memory=(*entry.get("memory", ()), *entry.get("multipliers", ()), *entry.get("contacts", ())),
+            memory=tuple(
+                name for key in ("memory", "multipliers", "contacts", "frictions") for name in entry.get(key, ())
+            ),
             unstrained=entry.get("unstrained"),
             multipliers=entry.get("multipliers", ()),
             contacts=entry.get("contacts", ()),
+            frictions=entry.get("frictions", ()),
+            impulsive=entry.get("impulsive", False),
             reference=entry["reference"],
             declaration=declaration,
         )
@@ -201,7 +208,12 @@ class SceneInfo:
     @property
     def laws(self) -> int:
         """How many numbers of the memory are those of laws; they come first."""
-        return len(self.memory) - len(self.multipliers) - len(self.contacts)
+        return len(self.memory) - len(self.reactions)
+
+    @property
+    def reactions(self) -> tuple[str, ...]:
+        """Names of all its reactions, in their order in memory."""
+        return (*self.multipliers, *self.contacts, *self.frictions)
 
     @property
     def source(self) -> "str | SceneDeclaration":

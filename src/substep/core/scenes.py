@@ -91,13 +91,14 @@ class Scene:
 
     @property
     def memory0(self) -> Array:
-        """What its laws remember (k,), of lanes (P, k), at t = 0; then multipliers, and pressures of contacts.
+        """What its laws remember (k,), of lanes (P, k), at t = 0; then its reactions.
 
-        Laws are committed at u0, to which they were strained. Pressures are those under which no gap closes.
+        Laws are committed at u0, to which they were strained. Pressures are those under which no gap closes; those that
+        steps do not remember, and frictions, are 0.
         """
-        laws, c, d = self.info.laws, len(self.info.multipliers), len(self.info.contacts)
+        laws, c, d = self.info.laws, len(self.info.multipliers), len(self.info.contacts) * (not self.info.impulsive)
         before = self.info.unstrained(*self.parameters.values()) if self.info.unstrained else ()
-        found = _joined([*before, *(0.0 for _ in range(c + d))], self.u0.shape[:-1])
+        found = _joined([*before, *(0.0 for _ in self.info.reactions)], self.u0.shape[:-1])
         found = self.committed(self.u0, found)
         t = np.zeros(self.u0.shape[:-1])
         if d:
@@ -136,10 +137,11 @@ class Scene:
 
     def gaps(self, t: Array, u: Array) -> Array:
         """The gaps (..., d) of its contacts at u and t."""
-        return -self.drift(t, u, u)[0][..., len(self.info.multipliers) :]
+        c, d = len(self.info.multipliers), len(self.info.contacts)
+        return -self.drift(t, u, u)[0][..., c : c + d]
 
     def drift(self, t: Array, u: Array, v: Array) -> tuple[Array, Array, Array]:
-        """What constraints keep at 0 and minus the gaps of contacts (..., c), and their first and second derivatives.
+        """What constraints keep at 0, minus gaps, and what slides (..., c), and their first and second derivatives.
 
         Of the second the part without accelerations.
         """
@@ -212,7 +214,8 @@ class Scene:
 
         Raises ValueError where laws have a memory that is not given: what they do is not known without it.
         """
-        reads = self.info.laws or (self.info.contacts and function in ("acceleration", "constrained"))
+        pressed = self.info.contacts and not self.info.impulsive
+        reads = self.info.laws or (pressed and function in ("acceleration", "constrained"))
         if reads and memory is None:
             raise ValueError(
                 f"expected the memory of {self.name}, {', '.join(self.info.memory)}, beside u and v, got none; give "
@@ -339,7 +342,7 @@ def make_scene(info: SceneInfo, values: Mapping[str, Any], a0: ArrayLike | str |
     assert u0 is not None
     assert v0 is not None
     draft = Scene(info, MappingProxyType(dict(values)), u0, v0, u0, load, a0)
-    if info.multipliers or info.contacts:
+    if info.reactions:
         for where in np.ndindex(lanes):
             one = Scene(info, {name: x[where] if np.ndim(x) else x for name, x in values.items()}, u0, v0, u0, load)
             one.require_allowed(u0[where], v0[where])

@@ -217,7 +217,7 @@ def _on_scene(scene: Scene, state: State) -> State:
                 f"expected {name} of start with {len(scene.u0)} numbers, for the coordinates {coordinates} of "
                 f"{scene.name}, got shape {x.shape}; give one for each"
             )
-    held = (*scene.info.multipliers, *scene.info.contacts)
+    held = scene.info.reactions
     if held and not state.of:  # a run's own velocities leave constraints by the scheme's error
         scene.require_allowed(state.u, state.v, state.t)
     if held and not state.memory.keys() & set(held):
@@ -240,7 +240,7 @@ def _with_reactions(scene: Scene, state: State) -> State:
     at = np.array([state.t]), state.u[None], state.v[None]
     memory = np.array([[state.memory.get(name, 0.0) for name in scene.info.memory]])
     laws, c = scene.info.laws, len(scene.info.multipliers)
-    if scene.info.contacts:
+    if scene.info.contacts and not scene.info.impulsive:
         memory[:, laws + c :] = pressures(scene, *at, memory)
     if c:
         memory[:, laws : laws + c] = scene.multipliers(*at, memory)

@@ -1,11 +1,13 @@
-"""Bodies that meet a stop: contacts of a gap and a pressure, of which one is 0 and none is negative."""
+"""Bodies that meet a stop, with a pressure that only pushes, and bodies that slide, with friction up to a limit."""
 
 from sympy import Interval, Rational, Symbol, oo
 
+from ..reactions import Contact, Friction
 from ..scene import REAL, Scene, optional
-from ..symbols import rate
+from ..symbols import rate, t
 
 u, w, m, k, g, u0, v0, b = (Symbol(name) for name in ("u", "w", "m", "k", "g", "u0", "v0", "b"))
+w0, mu, limit, belt, restitution = (Symbol(name) for name in ("w0", "mu", "limit", "belt", "restitution"))
 NOT_NEGATIVE = Interval(0, oo)
 
 mass_on_floor = Scene(
@@ -54,4 +56,62 @@ impact_oscillator = Scene(
     reference="a mass on a spring with a stop at u = b",
 )
 
-ALL = (mass_on_floor, two_masses_on_floor, impact_oscillator)
+bouncing_ball = Scene(
+    "bouncing_ball",
+    coordinates={u: "m"},
+    kinetic=m * rate(u) ** 2 / 2,
+    potential=m * g * u,
+    contacts={"floor": Contact(u, restitution=restitution)},
+    parameters=(
+        optional(m, 1),
+        optional(g, Rational("9.81")),
+        optional(u0, 1, NOT_NEGATIVE),
+        optional(restitution, Rational(1, 2), Interval(0, 1)),
+    ),
+    start={u: u0, rate(u): 0},
+    length=1,
+    energy_scale=m,
+    reference="a ball that leaves the floor with a share of the velocity with which it meets it",
+)
+
+friction_oscillator = Scene(
+    "friction_oscillator",
+    coordinates={u: "m"},
+    kinetic=m * rate(u) ** 2 / 2,
+    potential=k * u**2 / 2,
+    frictions={"pad": Friction(u - belt * t, limit)},
+    parameters=(
+        optional(m, 1),
+        optional(k, 1),
+        optional(limit, Rational(1, 10), NOT_NEGATIVE),
+        optional(belt, 0, REAL),
+        optional(u0, Rational("1.05"), REAL),
+        optional(v0, 0, REAL),
+    ),
+    start={u: u0, rate(u): v0},
+    length=1,
+    energy_scale=k,
+    reference="a block on a spring, held by friction up to a limit, N, on a ground that moves with the velocity `belt`",
+)
+
+sliding_block = Scene(
+    "sliding_block",
+    coordinates={u: "m", w: "m"},
+    kinetic=m * (rate(u) ** 2 + rate(w) ** 2) / 2,
+    potential=m * g * w,
+    contacts={"floor": w},
+    frictions={"drag": Friction(u, mu * Symbol("floor"))},
+    parameters=(
+        optional(m, 1),
+        optional(g, Rational("9.81")),
+        optional(mu, Rational(3, 10), NOT_NEGATIVE),
+        optional(v0, 3, REAL),
+        optional(w0, 0, NOT_NEGATIVE),
+    ),
+    start={u: 0, w: w0, rate(u): v0, rate(w): 0},
+    length=1,
+    energy_scale=m,
+    reference="a block thrown along a floor, on which it slides with the coefficient of friction mu until it rests",
+)
+
+ALL = (mass_on_floor, two_masses_on_floor, impact_oscillator, bouncing_ball, friction_oscillator, sliding_block)

@@ -1,0 +1,177 @@
+"""Reactions of a scene in a balance: the rows by which they are solved for, and what is not remembered of them.
+
+Every balance has an unknown for each reaction beside its new acceleration z. A constraint holds its expression at the
+displacement that moves with z; of a contact the smaller of gap and pressure is 0, or of a velocity and the pressure;
+and friction is at its limit, or nothing slides. Newton's iteration finds the branch of each.
+
+Reactions that are not remembered accelerate z by M^-1 G^T times the unknown, whatever weight a balance gives to forces:
+only their impulse counts. See `step.times.impulses` for what it is of a constant force.
+"""
+
+from collections.abc import Mapping
+
+from sympy import Expr, Integer, Matrix, Symbol, zeros
+
+from ..constrained.prescribed import prescribed
+from ..declare.errors import DeclarationError
+from ..declare.law import larger, slope, smaller, where_at_least
+from ..declare.scene import Scene
+from ..declare.scheme import Scheme
+from ..declare.symbols import h, kind_of, knot, knot_of, successor
+from ..motion.components import Assignments, Writer, assign
+from ..motion.equations import solved
+from ..step.step import Stage, Step
+from ..step.times import impulses, impulses_last, instants_of, moved
+
+# displacement or velocity that moves with z: components, and the derivative by z
+Moving = tuple[Matrix, Expr]
+
+
+def begin(w: Writer, scheme: Scheme, step: Step) -> None:
+    """Prepares the writing of a step: what reactions were at t_n, and how they act.
+
+    Raises DeclarationError for a scheme whose balances do not move what the scene's reactions hold.
+    """
+    scene = w.motion.scene
+    if scene.multipliers:
+        _require_holding(scheme, scene)
+    w.latest = at_start(scene)
+    w.reactions[knot(0).u] = remembered(scene)
+    w.strengths = impulses(step).strengths if scene.impulsive else ()
+
+
+def remembered(scene: Scene) -> Matrix:
+    """The reactions at t_n that a balance holds which takes the force there too."""
+    return at_start(scene) * int(not scene.impulsive)
+
+
+def at_start(scene: Scene) -> Matrix:
+    """The reactions at t_n, of the last balance before."""
+    return Matrix([Symbol(f"multiplier_{s}") for s in scene.multipliers])
+
+
+def of_balance(scene: Scene, k: int) -> Matrix:
+    """Those that the k-th balance is solved for."""
+    return Matrix([Symbol(f"multiplier{k + 1}_{s}") for s in scene.multipliers])
+
+
+def by_velocity(scene: Scene) -> bool:
+    """Whether any of them is decided by a velocity."""
+    return bool(scene.frictions) or any(contact.restitution is not None for contact in scene.contacts.values())
+
+
+def _require_holding(scheme: Scheme, scene: Scene) -> None:
+    """Raises DeclarationError for a scheme whose balances do not move what the scene's reactions hold."""
+    step = Step.of(scheme)
+    if scene.impulsive:
+        impulses(step)
+    missing = [s for s in knot(0)[:2] if s not in step.state]
+    if any(contact.restitution is not None for contact in scene.contacts.values()) and (
+        missing or not impulses_last(step)
+    ):
+        raise DeclarationError(
+            f"{scheme.name} does not keep the velocity that an impact leaves: expected one that is the same a step "
+            "later, of which restitution is a share; take a scheme of one balance, such as average_acceleration"
+        )
+    on_positions = len(scene.constraints) + sum(contact.restitution is None for contact in scene.contacts.values())
+    if on_positions and any(stage.c_u == 0 for stage in step.stages):
+        raise DeclarationError(
+            f"{scheme.name} is explicit: expected each balance to move the displacement that it takes the force at, so "
+            "that its reaction holds a constraint there; take an implicit scheme, or a scene without constraints"
+        )
+    last, _ = moved(step, step.stages[-1])
+    if last in step.state:
+        raise DeclarationError(
+            f"{scheme.name} takes the force at the start of its steps: expected a reaction at a displacement that is "
+            "new; take another scheme"
+        )
+    at_end = prescribed(scheme).at_end if on_positions else instants_of(step)[last].subs(scheme.typical) == 1
+    if not at_end:
+        raise DeclarationError(
+            f"{scheme.name} takes no force at the end of its steps: expected a reaction that holds the displacement "
+            "there, which would drift from the constraint; take another scheme"
+        )
+
+
+def joined(
+    w: Writer, k: int, stage: Stage, balance: tuple[Matrix, Matrix], u: Moving, v: Moving
+) -> tuple[Matrix, Matrix]:
+    """Residual and its derivative by z of a balance, with rows of its reactions, and columns of their unknowns.
+
+    u and v are at the knot where the balance takes the force.
+    """
+    residual, jacobian = balance
+    more = _rows(w, k, stage, u, v)
+    below = zeros(len(more), jacobian.cols)
+    for names, rate in (u, v):
+        below += Matrix([[slope(e, s) for s in names] for e in more]) * rate
+    whole = Matrix([*residual, *more])
+    by_reactions = Matrix([[slope(e, s) for s in w.unknown] for e in whole])
+    return whole, Matrix.hstack(Matrix.vstack(jacobian, below), by_reactions)
+
+
+def _rows(w: Writer, k: int, stage: Stage, u: Moving, v: Moving) -> Matrix:
+    """What is 0 where the k-th balance's reactions are right, divided so that it does not depend on the step."""
+    scene, held, unknown = w.motion.scene, w.motion.held, w.unknown
+    at, _ = moved(Step.of(w.scheme), stage)
+    (place, c_u), (speed, c_v), when = u, v, w.when(at)
+    values = held.at(held.expressions, list(place), list(speed), when)
+    rates = held.at(held.drift[0], list(place), list(speed), when)
+    c, d = len(scene.constraints), len(scene.contacts)
+    found = [x / c_u for x in values[:c, :]]
+    for j, contact in enumerate(scene.contacts.values(), start=c):
+        if contact.restitution is None:
+            found.append(smaller(-values[j] / c_u, unknown[j]))
+            continue
+        u0, v0 = (w.components(s) for s in knot(0)[:2])
+        ahead = held.at(held.expressions, list(u0 + h * w.instants[at] * v0), list(v0), when)[j]
+        before = held.at(held.drift[0], list(u0), list(v0), w.instant(Integer(0)))[j]
+        opens = smaller(-(rates[j] + contact.restitution * before) / c_v, unknown[j])
+        found.append(where_at_least(ahead, Integer(0), opens, unknown[j]))
+    pressures = dict(zip(map(Symbol, scene.contacts), unknown[c : c + d, :], strict=True))
+    for j, friction in enumerate(scene.frictions.values(), start=c + d):
+        limit = friction.limit.subs(scene.invariants)
+        without = limit.subs(dict.fromkeys(pressures, 0))
+        most = (limit - without).expand().subs(pressures) + w.strengths[k] * without
+        most = held.at(Matrix([most]), list(place), list(speed), when)[0]
+        force = unknown[j]
+        found.append(larger(force - most, smaller(-rates[j] / c_v, force + most)))
+    return Matrix(found)
+
+
+def pushed(w: Writer, k: int, u: Matrix, at: Expr) -> Assignments:
+    """The acceleration that the reactions of the k-th balance have given to its z, by name."""
+    mass, _ = w.motion.equation(list(u), list(u), at)
+    force = w.motion.held.directions_at(list(u), at).T * w.unknown
+    return assign(w.components(_push(k)), w.hoisted(solved(mass, force)))
+
+
+def _push(k: int) -> Symbol:
+    return Symbol(f"a_*push{k}")
+
+
+def kept(w: Writer, step: Step) -> tuple[Mapping[Symbol, Symbol], Assignments, Matrix]:
+    """What a step keeps of its reactions.
+
+    New accelerations that the next step or the report reads -> names of them without reactions that are not remembered;
+    assignments of these and of the reactions at the end of the step, or of their means; and the names of the latter.
+    """
+    scene, found = w.motion.scene, Assignments()
+    if not w.strengths:
+        return {}, found, w.latest
+    wanted = {successor(s) for s in step.state} | {e for e in step.outputs[2:] if e.is_Symbol}
+    names = {
+        s: Symbol(f"a_*free{(knot_of(s) or ('', ''))[1]}")
+        for s in sorted(wanted, key=str)
+        if kind_of(s) == 2 and s in step.unknowns
+    }
+    for s, name in names.items():
+        whole = w.components(s)
+        for k, z in enumerate(step.accelerations):
+            whole += (Integer(1) if s == z else step.solved.get(s, Integer(0)).diff(z)) * w.components(_push(k))
+        found += assign(w.components(name), w.hoisted(whole))
+    total = zeros(len(scene.multipliers), 1)
+    for k, weight in enumerate(impulses(step).weights):
+        total += weight * of_balance(scene, k)
+    means = Matrix([Symbol(f"mean_{s}") for s in scene.multipliers])
+    return names, found + assign(means, w.hoisted(total)), means

@@ -1,0 +1,58 @@
+"""Scene -> Held: what its reactions hold, in its coordinates and their rates."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from sympy import Expr, Integer, Matrix
+
+from ..declare.potentials import tidy
+from ..declare.scene import Scene
+from ..declare.symbols import t
+
+
+@dataclass(frozen=True)
+class Held:
+    """Expressions of a scene whose derivatives by the coordinates, times the multipliers, are its reactions.
+
+    They are what constraints keep at 0, minus the gaps of contacts, and what slides under friction: pressures then act
+    against closing, and frictions against sliding. All are on the side of the forces of the motion's equations.
+    """
+
+    scene: Scene
+
+    @cached_property
+    def by_name(self) -> Mapping[str, Expr]:
+        """The expressions as they are declared, but for the sign of gaps."""
+        gaps = {name: -contact.gap for name, contact in self.scene.contacts.items()}
+        return {**self.scene.constraints, **gaps, **{name: x.along for name, x in self.scene.frictions.items()}}
+
+    @cached_property
+    def expressions(self) -> Matrix:
+        """The same (c, 1), in coordinates and time."""
+        return Matrix([tidy(g).subs(self.scene.invariants) for g in self.by_name.values()])
+
+    @cached_property
+    def directions(self) -> Matrix:
+        """Their derivatives (c, d) by the coordinates."""
+        return self.expressions.jacobian(list(self.scene.coordinates))
+
+    @cached_property
+    def drift(self) -> tuple[Matrix, Matrix]:
+        """Their first time derivatives (c, 1), and of the second what holds no acceleration."""
+        along = [*zip(self.scene.coordinates, self.scene.rates, strict=True), (t, Integer(1))]
+
+        def rate_of(e: Expr) -> Expr:
+            return sum((e.diff(q) * v for q, v in along), Integer(0))
+
+        first = self.expressions.applyfunc(rate_of)
+        return first, first.applyfunc(rate_of)
+
+    def at(self, matrix: Matrix, u: Sequence[Expr], v: Sequence[Expr], at: Expr) -> Matrix:
+        """A matrix of expressions in coordinates, rates and time, at a displacement, a velocity and a time."""
+        given = dict(zip((*self.scene.coordinates, *self.scene.rates, t), (*u, *v, at), strict=True))
+        return matrix.subs(given, simultaneous=True)
+
+    def directions_at(self, u: Sequence[Expr], at: Expr) -> Matrix:
+        """The derivatives (c, d) there; the transposed times the multipliers is a force on the side of all others."""
+        return self.at(self.directions, u, [Integer(0)] * len(u), at)

@@ -1,0 +1,143 @@
+"""Impacts that act in their own step alone, restitution and friction: against steps by hand and exact motions."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from declared import BY_NAME
+from substep_derive import Contact, DeclarationError, Friction, Scene, rate
+from substep_derive.step.step import Step
+from substep_derive.step.times import impulses_last
+from sympy import Rational, Symbol
+from test_constraints import TAKEN, VERIFY
+from test_contact import H, bathe, leaving, newmark
+
+import substep as ss
+
+SOME = ["average_acceleration", "bathe", "bdf2"]
+LASTING = [name for name in TAKEN if impulses_last(Step.of(BY_NAME[name]))] if VERIFY else ["average_acceleration"]
+u, v = Symbol("u"), rate(Symbol("u"))
+# steps of a unit mass without forces over a floor from u, v, with the acceleration 0; and weights of their pressures
+BY_HAND = {
+    "average_acceleration": (lambda h, x: newmark(h, x, 0.25, 0.5), 0.5),
+    "newmark": (lambda h, x: newmark(h, x, 0.3025, 0.6), 0.6),
+    "bathe": (bathe, None),
+}
+
+
+def at_rest_after(position: float, limit: float) -> float:
+    """Where a unit mass on a unit spring comes to rest, let go at a position: it swings about +-limit in turn."""
+    while abs(position) > limit:
+        position = 2 * np.copysign(limit, position) - position
+    return position
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("name", BY_HAND)
+def test_steps_are_those_written_by_hand(name: str) -> None:
+    step, weight = BY_HAND[name]
+    given = {"beta": 0.3025, "gamma": 0.6} if name == "newmark" else {}
+    for phase in (0.1, 0.55, 0.9):
+        scene = ss.scene("mass_on_floor", u0=0.5 + H * phase)
+        r = ss.march(scene, ss.scheme(name, **given), dt=H, t_end=1.5)
+        x = np.array([scene.u0[0], -1.0, 0.0, 0.0])
+        for k in range(1, len(r.t)):
+            x = step(H, [*x[:2], 0.0, 0.0])
+            assert np.allclose([r.u[k, 0], r.v[k, 0]], x[:2], rtol=0.0, atol=1e-9)
+            if weight is not None:
+                assert r.memory["floor"][k] == pytest.approx(weight * x[3], abs=1e-9)
+        assert np.abs(r.a).max() < 1e-9  # without that of the floor
+        impulse = H * r.memory["floor"].sum()
+        assert impulse == pytest.approx(r.v[-1, 0] + 1.0, abs=1e-9)
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("name", LASTING)
+def test_where_an_impulse_lasts_no_impact_gains(name: str) -> None:
+    assert leaving(name).max() <= 1.0 + 1e-9
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("name", LASTING)
+def test_a_ball_bounces_as_often_and_as_high_as_it_should(name: str) -> None:
+    h = 1e-3
+    r = ss.march("bouncing_ball", name, dt=h, t_end=1.6)
+    struck = r.t[np.flatnonzero(np.diff((r.memory["floor"] > 0.0).astype(int)) == 1) + 1]
+    fall = np.sqrt(2 / 9.81)  # s; every flight lasts half of the one before
+    times = fall * np.array([1.0, 2.0, 2.5, 2.75, 2.875])
+    assert np.allclose(struck[:5], times, rtol=0.0, atol=5 * h)
+    between = r.energy[np.searchsorted(r.t, (times[:3] + times[1:4]) / 2)]
+    assert np.allclose(between, 9.81 * 0.25 ** np.arange(1, 4), rtol=0.01)
+    assert abs(r.u[-1, 0]) < 1e-4
+
+
+@pytest.mark.usefixtures("uncompiled")
+def test_velocities_after_an_impact_are_the_share_that_is_declared() -> None:
+    for e in (Rational(0), Rational(3, 10), Rational(1)):
+        ball = Scene(
+            "thrown_ball", coordinates={u: "m"}, kinetic=v**2 / 2, potential=0, contacts={"floor": Contact(u, e)},
+            parameters=(), start={u: 0.53, v: -1}, length=1,
+        )  # fmt: skip
+        r = ss.march(ss.scene(ball), "average_acceleration", dt=H, t_end=1.0)
+        assert r.v[-1, 0] == pytest.approx(float(e), abs=1e-12)
+        assert H * r.memory["floor"].sum() == pytest.approx(1.0 + float(e), abs=1e-12)
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("name", TAKEN if VERIFY else SOME)
+def test_a_block_slides_to_where_friction_stops_it(name: str) -> None:
+    """v falls with mu g exactly, also where reactions are not remembered; it stops at v0^2/(2 mu g)."""
+    h = 0.01
+    r = ss.march(ss.scene("sliding_block", g=10.0), name, dt=h, t_end=1.5)
+    assert r.status == "completed"
+    close = 1e-9 if name in SOME else 0.01
+    assert np.allclose(r.v[:90, 0], 3.0 - 3.0 * r.t[:90], rtol=0.0, atol=3 * close)
+    assert r.u[-1, 0] == pytest.approx(1.5, abs=3e-3)
+    assert np.abs(r.v[-1]).max() < 0.01
+    assert np.median(r.memory["floor"][1:]) == pytest.approx(10.0, rel=0.02)
+    assert np.abs(r.memory["drag"]).max() <= 3.0 * (1.0 + 20 * close)
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("name", TAKEN if VERIFY else SOME)
+def test_an_oscillator_with_friction_comes_to_rest_where_it_should(name: str) -> None:
+    found = []
+    for h in (0.05, 0.025):
+        r = ss.march("friction_oscillator", name, dt=h, t_end=20.0)
+        assert np.abs(r.v[-40:]).max() < 1e-3  # it sticks
+        assert r.memory["pad"][-1] == pytest.approx(-r.u[-1, 0], abs=2e-3)  # what holds it against the spring
+        found.append(abs(r.u[-1, 0] - at_rest_after(1.05, 0.1)))
+    assert found[1] < 2.5e-3
+
+
+@pytest.mark.usefixtures("uncompiled")
+def test_a_block_rides_on_a_belt_until_the_spring_pulls_it_off() -> None:
+    r = ss.march(ss.scene("friction_oscillator", limit=0.3, belt=0.2, u0=0.0, v0=0.2), "bathe", dt=0.01, t_end=10.0)
+    exact = np.where(r.t < 1.5, 0.2 * r.t, 0.3 + 0.2 * np.sin(r.t - 1.5))
+    assert np.abs(r.u[:, 0] - exact).max() < 2e-3
+
+
+def test_what_cannot_be_taken_is_refused_with_the_reason() -> None:
+    given: dict[str, Any] = {
+        "coordinates": {u: "m"}, "kinetic": v**2 / 2, "potential": u, "parameters": (), "start": {u: 1, v: 0},
+        "length": 1,
+    }  # fmt: skip
+    for name in ("bathe", "bdf2", "rho_inf_bathe"):
+        with pytest.raises(DeclarationError, match="does not keep the velocity that an impact leaves"):
+            ss.march("bouncing_ball", name, dt=H, t_end=1.0)
+    with pytest.raises(DeclarationError, match="rk4: expected each balance to move the velocity"):
+        ss.march("friction_oscillator", "rk4", dt=H, t_end=1.0)
+    with pytest.raises(DeclarationError, match="takes no force at the end of its steps"):
+        ss.march("friction_oscillator", "wilson_theta", dt=H, t_end=1.0)
+    with pytest.raises(DeclarationError, match="restitution from 0 to 1 for contact floor, got 2"):
+        Scene("springy", **given, contacts={"floor": Contact(u, 2)})
+    with pytest.raises(DeclarationError, match="got both; an impact acts once"):
+        Scene("both", **given, contacts={"floor": Contact(u, 1, remembered=True)})
+    with pytest.raises(DeclarationError, match="that are all remembered, without friction"):
+        Scene("mixed", **given, contacts={"floor": Contact(u, remembered=True)}, frictions={"pad": Friction(u, 1)})
+    with pytest.raises(DeclarationError, match="limit of friction pad that is linear in pressures"):
+        Scene("square", **given, contacts={"floor": u}, frictions={"pad": Friction(u, Symbol("floor") ** 2)})
+    with pytest.raises(DeclarationError, match="friction pad to depend on coordinates"):
+        Scene("nothing", **given, frictions={"pad": Friction(Symbol("t"), 1)})
+    with pytest.raises(DeclarationError, match="limit of friction pad holds 'wall'"):
+        Scene("unknown", **given, frictions={"pad": Friction(u, Symbol("wall"))})
