@@ -2,6 +2,7 @@
 
 from .algebra.algebraic import Algebraic
 from .algebra.constant import Constant
+from .constrained.impact import Impact, impact
 from .constrained.prescribed import ErrorTerm, Prescribed, prescribed
 from .declare.composition import composition
 from .declare.errors import DeclarationError, InconsistentScheme
@@ -34,6 +35,7 @@ __all__ = [
     "Estimator",
     "Family",
     "Friction",
+    "Impact",
     "InconsistentScheme",
     "K_t",
     "Law",
@@ -59,6 +61,7 @@ __all__ = [
     "estimator",
     "f",
     "h",
+    "impact",
     "knot",
     "nystrom",
     "optional",

@@ -104,7 +104,7 @@ def prescribed(scheme: str | Scheme, **parameters: Any) -> Prescribed:
 
 def prescribed_at(at: Evaluation) -> Prescribed:
     """The same with the numbers of an evaluation; see `prescribed`."""
-    motion = _Motion(at)
+    motion = StepRows(at)
     expression = motion.expression
     reactions = {
         place: motion.error(row, motion.instant(place), 2)
@@ -127,7 +127,7 @@ def prescribed_at(at: Evaluation) -> Prescribed:
     )
 
 
-class _Motion:
+class StepRows:
     """A step from t_n on, with h = 1, as rows of numbers over its accelerations z and over its state.
 
     The state is the scheme's own, and the accelerations that belong to forces taken at knots of the step before, which
@@ -151,7 +151,7 @@ class _Motion:
         self.later = later
         self.z, self.state = self.step.accelerations, (*self.step.state, *self.carried.values())
         self.basis = {s: k for k, s in enumerate((*self.z, *self.state))}
-        self.times = {s: self._number(sympify(tau)) for s, tau in passed(self.step).items()}
+        self.times = {s: self.number(sympify(tau)) for s, tau in passed(self.step).items()}
 
     def expression(self, number: Any) -> Expr:
         """A number of the field as a number or a function of free parameters, in closed form."""
@@ -168,7 +168,7 @@ class _Motion:
         if not reported.has(N):
             return self.row(reported), self.one
         newest = successor(min((s for s in self.step.state if kind_of(s) == 1), key=steps_back))
-        return self.rows[newest], self._number(sympify(-steps_back(newest)))
+        return self.rows[newest], self.number(sympify(-steps_back(newest)))
 
     def instant(self, place: Expr) -> Any:
         """When a balance takes the force, in steps after t_n; of a discrete gradient the middle."""
@@ -194,7 +194,7 @@ class _Motion:
         for balance in self.at.scheme.balances:
             marks = {place: Dummy() for place in _places(balance.force)}
             force = balance.force.xreplace(marks)
-            weights = {place: self._number(force.diff(mark)) for place, mark in marks.items()}
+            weights = {place: self.number(force.diff(mark)) for place, mark in marks.items()}
             own = [place for place in weights if place not in found]
             if len(own) != 1:
                 raise DeclarationError(
@@ -309,7 +309,8 @@ class _Motion:
             value = value * self.after[0] + one * c
         return len(self.state) - value.rank() < times * part.degree()
 
-    def _number(self, expression: Expr) -> Any:
+    def number(self, expression: Expr) -> Any:
+        """A number of the field, with h = 1."""
         return self.at.number(expression.xreplace(PLAIN))
 
     def _sum(self, expressions: Sequence[Expr], values: Mapping[Symbol, Any]) -> Any:
@@ -317,13 +318,13 @@ class _Motion:
         total = self.one - self.one
         for e in expressions:
             for s in e.free_symbols & values.keys():
-                total += self._number(e.diff(s)) * values[s]
+                total += self.number(e.diff(s)) * values[s]
         return total
 
     def _combined(self, expression: Expr, rows: Mapping[Symbol, Row]) -> Row:
         found = [self.one - self.one] * len(self.basis)
         for s in sorted(expression.free_symbols & rows.keys(), key=str):
-            weight = self._number(expression.diff(s))
+            weight = self.number(expression.diff(s))
             found = [x + weight * y for x, y in zip(found, rows[s], strict=True)]
         return found
 
