@@ -58,14 +58,14 @@ def test_where_an_impulse_lasts_no_impact_gains(name: str) -> None:
 
 
 @pytest.mark.usefixtures("uncompiled")
-@pytest.mark.parametrize("name", LASTING)
+@pytest.mark.parametrize("name", [*LASTING, "central_difference"])
 def test_a_ball_bounces_as_often_and_as_high_as_it_should(name: str) -> None:
     h = 1e-3
     r = ss.march("bouncing_ball", name, dt=h, t_end=1.6)
     struck = r.t[np.flatnonzero(np.diff((r.memory["floor"] > 0.0).astype(int)) == 1) + 1]
     fall = np.sqrt(2 / 9.81)  # s; every flight lasts half of the one before
     times = fall * np.array([1.0, 2.0, 2.5, 2.75, 2.875])
-    assert np.allclose(struck[:5], times, rtol=0.0, atol=5 * h)
+    assert np.allclose(struck[:5], times, rtol=0.0, atol=12 * h)  # of first order
     between = r.energy[np.searchsorted(r.t, (times[:3] + times[1:4]) / 2)]
     assert np.allclose(between, 9.81 * 0.25 ** np.arange(1, 4), rtol=0.01)
     assert abs(r.u[-1, 0]) < 1e-4
@@ -99,7 +99,7 @@ def test_a_block_slides_to_where_friction_stops_it(name: str) -> None:
 
 
 @pytest.mark.usefixtures("uncompiled")
-@pytest.mark.parametrize("name", TAKEN if VERIFY else SOME)
+@pytest.mark.parametrize("name", [*(TAKEN if VERIFY else SOME), "central_difference"])
 def test_an_oscillator_with_friction_comes_to_rest_where_it_should(name: str) -> None:
     found = []
     for h in (0.05, 0.025):
@@ -107,7 +107,7 @@ def test_an_oscillator_with_friction_comes_to_rest_where_it_should(name: str) ->
         assert np.abs(r.v[-40:]).max() < 1e-3  # it sticks
         assert r.memory["pad"][-1] == pytest.approx(-r.u[-1, 0], abs=2e-3)  # what holds it against the spring
         found.append(abs(r.u[-1, 0] - at_rest_after(1.05, 0.1)))
-    assert found[1] < 2.5e-3
+    assert found[1] < 0.12 * 0.025  # of first order
 
 
 @pytest.mark.usefixtures("uncompiled")
