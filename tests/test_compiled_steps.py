@@ -83,6 +83,7 @@ def largest_difference(r: Any, other: Any) -> dict[str, float]:
     return found
 
 
+@pytest.mark.matrix
 @pytest.mark.filterwarnings("ignore:.* the energy in play")
 @pytest.mark.parametrize("scheme", MARCHED)
 @pytest.mark.parametrize("kind", SPRINGS)

@@ -257,7 +257,7 @@ def test_a_start_that_constraints_do_not_allow_is_refused_with_the_amount_and_th
         ("central_difference", "is explicit"),
         ("wilson_theta", "takes no force at the end of its steps"),
         ("crouzeix3", "takes no force at the end of its steps"),
-        ("kr_alpha", "coefficients from matrices of mass"),
+        ("kr_alpha", "coefficients from the structure"),
         *((name, f"multiplies them by {factor}") for name, factor in GROWING.items()),
     ],
 )

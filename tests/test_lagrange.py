@@ -100,6 +100,7 @@ def exact(scene: str, t_end: float) -> tuple[Any, Any]:
     return y[:d], y[d:]
 
 
+@pytest.mark.matrix
 @pytest.mark.usefixtures("plainly")
 @pytest.mark.parametrize("scheme", sorted(set(BY_NAME) - REFUSED))
 def test_every_scheme_keeps_its_order_where_the_mass_moves(scheme: str) -> None:

@@ -74,7 +74,8 @@ def _require_holding(scheme: Scheme, scene: Scene) -> None:
             "later, of which restitution is a share; take a scheme of one balance, such as average_acceleration"
         )
     on_positions = len(scene.constraints) + sum(contact.restitution is None for contact in scene.contacts.values())
-    if on_positions and any(stage.c_u == 0 for stage in step.stages):
+    found = prescribed(scheme) if on_positions else None
+    if found and any(stage.c_u == 0 for stage in step.stages):
         raise DeclarationError(
             f"{scheme.name} is explicit: expected each balance to move the displacement that it takes the force at, so "
             "that its reaction holds a constraint there; take an implicit scheme, or a scene without constraints"
@@ -85,7 +86,7 @@ def _require_holding(scheme: Scheme, scene: Scene) -> None:
             f"{scheme.name} takes the force at the start of its steps: expected a reaction at a displacement that is "
             "new; take another scheme"
         )
-    at_end = prescribed(scheme).at_end if on_positions else instants_of(step)[last].subs(scheme.typical) == 1
+    at_end = found.at_end if found else instants_of(step)[last].subs(scheme.typical) == 1
     if not at_end:
         raise DeclarationError(
             f"{scheme.name} takes no force at the end of its steps: expected a reaction that holds the displacement "
