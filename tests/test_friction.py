@@ -16,11 +16,8 @@ import substep as ss
 
 SOME = ["average_acceleration", "bathe", "bdf2"]
 DAMPING = {"backward_euler", "theta_method"}  # of first order: they lose energy between impacts and turning points, too
-LASTING = (
-    [name for name in TAKEN if name not in DAMPING and impulses_last(Step.of(BY_NAME[name]))]
-    if VERIFY
-    else ["average_acceleration"]
-)
+SECOND = [name for name in TAKEN if name not in DAMPING] if VERIFY else SOME
+LASTING = [name for name in SECOND if impulses_last(Step.of(BY_NAME[name]))]
 u, v = Symbol("u"), rate(Symbol("u"))
 # steps of a unit mass without forces over a floor from u, v, with the acceleration 0; and weights of their pressures
 BY_HAND = {
@@ -66,8 +63,8 @@ def test_a_ball_bounces_as_often_and_as_high_as_it_should(name: str) -> None:
     times = fall * np.array([1.0, 2.0, 2.5, 2.75, 2.875])
     assert np.allclose(struck[:5], times, rtol=0.0, atol=12 * h)  # of first order
     between = r.energy[np.searchsorted(r.t, (times[:3] + times[1:4]) / 2)]
-    assert np.allclose(between, 9.81 * 0.25 ** np.arange(1, 4), rtol=0.01)
-    assert abs(r.u[-1, 0]) < 1e-4
+    assert np.allclose(between, 9.81 * 0.25 ** np.arange(1, 4), rtol=0.05)
+    assert abs(r.u[-1, 0]) < h
 
 
 @pytest.mark.usefixtures("uncompiled")
@@ -92,13 +89,13 @@ def test_a_block_slides_to_where_friction_stops_it(name: str) -> None:
     close = 1e-9 if name in SOME else 0.01
     assert np.allclose(r.v[:90, 0], 3.0 - 3.0 * r.t[:90], rtol=0.0, atol=3 * close)
     assert r.u[-1, 0] == pytest.approx(1.5, abs=2 * h)
-    assert np.abs(r.v[-1]).max() < 0.01
+    assert np.abs(r.v[-1]).max() < (1e-9 if name in SOME else 10.0 * h)
     assert np.median(r.memory["floor"][1:]) == pytest.approx(10.0, rel=0.02)
     assert np.abs(r.memory["drag"]).max() <= 3.0 * (1.0 + 20 * close)
 
 
 @pytest.mark.usefixtures("uncompiled")
-@pytest.mark.parametrize("name", [*(x for x in (TAKEN if VERIFY else SOME) if x not in DAMPING), "central_difference"])
+@pytest.mark.parametrize("name", [*SECOND, "central_difference"])
 def test_an_oscillator_with_friction_comes_to_rest_where_it_should(name: str) -> None:
     found = []
     for h in (0.05, 0.025):
