@@ -19,8 +19,8 @@ def test_there_are_notebooks() -> None:
 
 
 @pytest.mark.parametrize(
-    "path",  # one compiles schemes for a quarter of a minute: left to `make verify`
-    [pytest.param(p, marks=[pytest.mark.thorough] * (p.stem == "where_methods_fail")) for p in NOTEBOOKS],
+    "path",  # two compile schemes for a quarter of a minute and more: left to `make verify`
+    [pytest.param(p, marks=[pytest.mark.thorough] * p.stem.startswith("where_")) for p in NOTEBOOKS],
     ids=lambda path: path.stem,
 )
 def test_notebook(path: Path) -> None:
