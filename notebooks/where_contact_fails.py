@@ -115,8 +115,8 @@ assert max(gain for (_, remembered, _), gain in gains.items() if not remembered)
 # %% [markdown]
 # ## The pressure
 #
-# The mean pressure of each step, against the exact 300 from 0.5 to 1.1667 s. The trapezoidal rule rings about it as long
-# as the contact lasts; Bathe's scheme does so for some steps behind the front only.
+# The mean pressure of each step, against the exact 300 from 0.5 to 1.1667 s. The trapezoidal rule rings about it as
+# long as the contact lasts; Bathe's scheme does so for some steps behind the front only.
 
 # %%
 h = 0.5 * 10 / elements / 30
