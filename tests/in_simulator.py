@@ -63,6 +63,9 @@ SCENES = {
         omega=[1.0, 9.0],
         v0=[1.0, 3.0],
     ),
+    "rod": sweep("rod_pendulum", "generalized_alpha", v0=[7.0, 8.0]),
+    "floor": sweep("bouncing_ball", "average_acceleration", u0=[0.01, 0.02], dt=0.02, t_end=0.24),
+    "sliding": sweep("sliding_block", "bathe", v0=[0.2, 3.0], dt=0.02, t_end=0.24),
     "bound": sweep("elastic_pendulum", "bathe", EA=[1e4, 1e6], energy_bound=300.0),
     "failing": sweep("elastic_pendulum", "newmark", EA=[1e4, 1e30], dt=0.1, t_end=1.2),
 }
