@@ -47,7 +47,8 @@ class Scene:
     start: coordinate and rate -> value at t = 0; acceleration(coordinate) -> value where it is given
     rather than consistent with the equation of motion. length: the length to which Newton's tolerance is
     relative. laws: name -> a force with memory over an elongation. constraints: name -> an expression in coordinates,
-    invariants, parameters and t that is kept at 0 by a reaction; its multiplier has the name. contacts: name ->
+    invariants, parameters and t that is kept at 0 by a reaction; its multiplier has the name. One that holds rates, in
+    which it is linear, is kept at 0 at velocities. contacts: name ->
     a gap, likewise, that a pressure of the name keeps from closing beyond 0, or a `Contact`. frictions: name -> a force
     of the name against what slides. outputs: name -> expression in coordinates and invariants. energy_scale: the energy
     to which errors are relative in a scene that starts without energy. reference: where the scene is from.

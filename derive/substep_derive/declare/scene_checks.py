@@ -89,12 +89,18 @@ def _symbols(scene: _Declared) -> None:
         _known(scene, f"elongation of {name}", element.elongation, values | q)
         for what, value in element.values.items():
             _known(scene, f"{what} of {name}", value, values)
-    held = [(f"constraint {name}", g, "0") for name, g in scene.constraints.items()]
-    held += [(f"contact {name}", x.gap, "0 at contact and positive before") for name, x in scene.contacts.items()]
-    held += [(f"friction {name}", x.along, "what slides") for name, x in scene.frictions.items()]
-    for what, g, value in held:
-        _known(scene, what, g, values | q | set(scene.invariants) | {t})
-        if not g.subs(scene.invariants).free_symbols & q:
+    held = [(f"constraint {name}", g, "0", v) for name, g in scene.constraints.items()]
+    none = set[Symbol]()
+    held += [(f"contact {name}", x.gap, "0 at contact and positive before", none) for name, x in scene.contacts.items()]
+    held += [(f"friction {name}", x.along, "what slides", none) for name, x in scene.frictions.items()]
+    for what, g, value, rates in held:
+        _known(scene, what, g, values | q | set(scene.invariants) | {t} | rates)
+        if any(g.diff(a, b).expand() != 0 for a in rates for b in rates):
+            raise DeclarationError(
+                f"{scene.name}: expected {what} to be linear in {', '.join(sorted(map(str, v)))}, got {g}; a reaction "
+                "has no direction otherwise"
+            )
+        if not g.subs(scene.invariants).free_symbols & (q | rates):
             raise DeclarationError(
                 f"{scene.name}: expected {what} to depend on coordinates, got {g}; write what is to be {value}"
             )

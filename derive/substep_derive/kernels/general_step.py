@@ -130,7 +130,7 @@ def _iterated(
     if w.unknown:
         s, velocity = moved(Step.of(w.scheme), at.stage)
         c_u, where = reach.get(s, Integer(0)), w.components(s)
-        speed = at.in_z(velocity) if by_velocity(w.motion.scene) else zeros(w.size, 1)
+        speed = at.in_z(velocity) if by_velocity(w.motion) else zeros(w.size, 1)
         c_v = speed[0].diff(z[0])
         if c_v != 0:
             speed = named("v", speed, "held")
@@ -147,7 +147,7 @@ def _iterated(
         first = w.hoisted(-(rest + still) / c_a).subs(dict(zip(w.unknown, w.latest, strict=True)))
     elif c_u != 0:
         first = (w.components(last) - w.components(predicted(0))) * w.reciprocal(c_u, c_u)
-    far = Abs(c_u) + Abs(h * at.stage.c_v) if w.motion.of_rates or by_velocity(w.motion.scene) else c_u
+    far = Abs(c_u) + Abs(h * at.stage.c_v) if w.motion.of_rates or by_velocity(w.motion) else c_u
     before += steady.assignments
     first, w.latest, scene = Matrix([*first, *w.latest]), w.unknown, w.motion.scene
     return BalanceStep(

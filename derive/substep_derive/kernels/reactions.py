@@ -1,8 +1,9 @@
 """Reactions of a scene in a balance: the rows by which they are solved for, and what is not remembered of them.
 
 Every balance has an unknown for each reaction beside its new acceleration z. A constraint holds its expression at the
-displacement that moves with z; of a contact the smaller of gap and pressure is 0, or of a velocity and the pressure;
-and friction is at its limit, or nothing slides. Newton's iteration finds the branch of each.
+displacement that moves with z, or, where it holds rates, at the velocity that does; of a contact the smaller of gap and
+pressure is 0, or of a velocity and the pressure; and friction is at its limit, or nothing slides. Newton's iteration
+finds the branch of each.
 
 Reactions that are not remembered accelerate z by M^-1 G^T times the unknown, whatever weight a balance gives to forces:
 only their impulse counts. See `step.times.impulses` for what it is of a constant force.
@@ -19,7 +20,7 @@ from ..declare.scene import Scene
 from ..declare.scheme import Scheme
 from ..declare.symbols import h, kind_of, knot, knot_of, successor
 from ..motion.components import Assignments, Writer, assign
-from ..motion.equations import solved
+from ..motion.equations import EquationsOfMotion, solved
 from ..step.step import Stage, Step
 from ..step.times import impulses, impulses_last, instants_of, moved
 
@@ -34,7 +35,7 @@ def begin(w: Writer, scheme: Scheme, step: Step) -> None:
     """
     scene = w.motion.scene
     if scene.multipliers:
-        _require_holding(scheme, scene)
+        _require_holding(scheme, w.motion)
     w.latest = at_start(scene)
     w.reactions[knot(0).u] = remembered(scene)
     w.strengths = impulses(step).strengths if scene.impulsive else ()
@@ -55,15 +56,16 @@ def of_balance(scene: Scene, k: int) -> Matrix:
     return Matrix([Symbol(f"multiplier{k + 1}_{s}") for s in scene.multipliers])
 
 
-def by_velocity(scene: Scene) -> bool:
+def by_velocity(motion: EquationsOfMotion) -> bool:
     """Whether any of them is decided by a velocity."""
-    return bool(scene.frictions) or any(contact.restitution is not None for contact in scene.contacts.values())
+    bounces = any(contact.restitution is not None for contact in motion.scene.contacts.values())
+    return bool(motion.scene.frictions) or bounces or any(motion.held.of_rates)
 
 
-def _require_holding(scheme: Scheme, scene: Scene) -> None:
+def _require_holding(scheme: Scheme, motion: EquationsOfMotion) -> None:
     """Raises DeclarationError for a scheme whose balances do not move what the scene's reactions hold."""
-    step = Step.of(scheme)
-    if scene.impulsive:
+    step, scene = Step.of(scheme), motion.scene
+    if scene.impulsive or by_velocity(motion):
         impulses(step)
     missing = [s for s in knot(0)[:2] if s not in step.state]
     if any(contact.restitution is not None for contact in scene.contacts.values()) and (
@@ -73,7 +75,8 @@ def _require_holding(scheme: Scheme, scene: Scene) -> None:
             f"{scheme.name} does not keep the velocity that an impact leaves: expected one that is the same a step "
             "later, of which restitution is a share; take a scheme of one balance, such as average_acceleration"
         )
-    on_positions = len(scene.constraints) + sum(contact.restitution is None for contact in scene.contacts.values())
+    on_positions = len(scene.constraints) - sum(motion.held.of_rates)
+    on_positions += sum(contact.restitution is None for contact in scene.contacts.values())
     found = prescribed(scheme) if on_positions else None
     if found and any(stage.c_u == 0 for stage in step.stages):
         raise DeclarationError(
@@ -119,7 +122,7 @@ def _rows(w: Writer, k: int, stage: Stage, u: Moving, v: Moving) -> Matrix:
     values = held.at(held.expressions, list(place), list(speed), when)
     rates = held.at(held.drift[0], list(place), list(speed), when)
     c, d = len(scene.constraints), len(scene.contacts)
-    found = [x / c_u for x in values[:c, :]]
+    found = [rates[j] / c_v if held.of_rates[j] else values[j] / c_u for j in range(c)]
     for j, contact in enumerate(scene.contacts.values(), start=c):
         if contact.restitution is None:
             found.append(smaller(-values[j] / c_u, unknown[j]))

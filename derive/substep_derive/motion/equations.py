@@ -290,9 +290,12 @@ class EquationsOfMotion:
 
         Raises DeclarationError for one whose direction depends on the time, which has none.
         """
-        rows = []
-        for name, g in self.held.by_name.items():
-            if any(g.diff(q).has(t) for q in self.coordinates):
+        rows, middle = [], [(a + b) / 2 for a, b in zip(u0, u1, strict=True)]
+        for k, (name, g) in enumerate(self.held.by_name.items()):
+            if self.held.of_rates[k] and not self.held.directions[k, :].has(t):
+                rows.append(self.held.directions_at(middle, Integer(0))[k, :])
+                continue
+            if self.held.directions[k, :].has(t):
                 raise DeclarationError(
                     f"{self.scene.name}: expected {name} without time, for a scheme that takes forces as "
                     f"discrete gradients, got {g}; take another scheme"
@@ -415,6 +418,8 @@ class EquationsOfMotion:
         For two coordinates the rotation of their plane, for one that is an angle its shift.
         """
         q, v = self.coordinates, self.scene.rates
+        if any(self.held.of_rates):
+            return None
         V = [self._whole_potential.subs(self.scene.invariants), *self.held.expressions]
         momenta = self.mass * Matrix(v)
         if len(q) == 2 and not self.kinetic.free_symbols & set(q):

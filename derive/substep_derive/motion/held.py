@@ -16,7 +16,8 @@ class Held:
     """Expressions of a scene whose derivatives by the coordinates, times the multipliers, are its reactions.
 
     They are what constraints keep at 0, minus the gaps of contacts, and what slides under friction: pressures then act
-    against closing, and frictions against sliding. All are on the side of the forces of the motion's equations.
+    against closing, and frictions against sliding. All are on the side of the forces of the motion's equations. Of a
+    constraint that holds rates, the derivatives by these take the place of those by the coordinates.
     """
 
     scene: Scene
@@ -28,24 +29,36 @@ class Held:
         return {**self.scene.constraints, **gaps, **{name: x.along for name, x in self.scene.frictions.items()}}
 
     @cached_property
-    def expressions(self) -> Matrix:
-        """The same (c, 1), in coordinates and time."""
+    def of_rates(self) -> tuple[bool, ...]:
+        """For each of them whether it holds rates, and so is held as a velocity."""
+        return tuple(bool(g.free_symbols & set(self.scene.rates)) for g in self.by_name.values())
+
+    @cached_property
+    def _written(self) -> Matrix:
         return Matrix([tidy(g).subs(self.scene.invariants) for g in self.by_name.values()])
 
     @cached_property
+    def expressions(self) -> Matrix:
+        """The same (c, 1), in coordinates and time; 0 for one that holds rates."""
+        pairs = zip(self._written, self.of_rates, strict=True)
+        return Matrix([Integer(0) if of_rates else e for e, of_rates in pairs])
+
+    @cached_property
     def directions(self) -> Matrix:
-        """Their derivatives (c, d) by the coordinates."""
-        return self.expressions.jacobian(list(self.scene.coordinates))
+        """Their derivatives (c, d) by the coordinates, or by the rates."""
+        by_rates = self._written.jacobian(list(self.scene.rates))
+        return self.expressions.jacobian(list(self.scene.coordinates)) + by_rates
 
     @cached_property
     def drift(self) -> tuple[Matrix, Matrix]:
-        """Their first time derivatives (c, 1), and of the second what holds no acceleration."""
+        """Their first time derivatives (c, 1), or they themselves, and of the next what holds no acceleration."""
         along = [*zip(self.scene.coordinates, self.scene.rates, strict=True), (t, Integer(1))]
 
         def rate_of(e: Expr) -> Expr:
             return sum((e.diff(q) * v for q, v in along), Integer(0))
 
-        first = self.expressions.applyfunc(rate_of)
+        pairs = zip(self._written, self.of_rates, strict=True)
+        first = Matrix([e if of_rates else rate_of(e) for e, of_rates in pairs])
         return first, first.applyfunc(rate_of)
 
     def at(self, matrix: Matrix, u: Sequence[Expr], v: Sequence[Expr], at: Expr) -> Matrix:
