@@ -105,7 +105,7 @@ def _iterated(X, i, place, known, rest, shown, velocity, own, linear, spans, str
         _residual(trial, rest, linear, spans, place, forces, velocity, springs, memories, work, residual)
         if count > 0:
             here = _dot(change, residual)
-            if tries == 0 and reach * _largest(change) > rounding * largest[i]:
+            if tries == 0 and reach * _largest(change) > (exact if of_rate else rounding) * largest[i]:
                 begin = _dot(change, old)
                 if begin < 0.0 and here > -too_far * begin:  # a part of the change is sought
                     shorter += 1
@@ -137,10 +137,9 @@ def _iterated(X, i, place, known, rest, shown, velocity, own, linear, spans, str
                 return 0, shorter
             rate = size / previous if previous != 0.0 else 1.0
             left = size * min(1.0, rate / (1.0 - rate)) if rate < 1.0 else size
-            small = left <= max(tolerance * gone, exact * largest[i])
-            small = small or (previous != 0.0 and rate >= 0.5 and size <= rounding * largest[i]) or stays
-            released = False
-            if small and of_rate:
+            small = left <= max(tolerance * gone, exact * largest[i]) or stays
+            slow, released = previous != 0.0 and rate >= 0.5 and size <= rounding * largest[i], False
+            if (small or slow) and of_rate:
                 allowed = _largest(known)
                 for m in range(3):
                     if own[m] != 0.0:
@@ -148,10 +147,10 @@ def _iterated(X, i, place, known, rest, shown, velocity, own, linear, spans, str
                         _add_product(matrices[m], matrix_spans[m], own[m], z, old)
                         allowed += _largest(old)
                 released = _largest(residual) > balanced * allowed + 16.0 * exact * largest[i] * stiff
-            if small and not released:
+            if (small or slow) and not released:
                 _copy(z, X[place])
                 return count, shorter
-            previous = size
+            released, previous = released and small, size
             if count == iterations:
                 return 0, shorter
         count, tries = count + 1, 0

@@ -149,9 +149,9 @@ class NonlinearSystem:
                 break
             rate = size / previous if previous else 1.0
             left = size * min(1.0, rate / (1.0 - rate)) if rate < 1.0 else size  # of a series that shrinks so
-            small = left <= within or (previous and rate >= 0.5 and size <= ROUNDING * self.largest)
-            small = small or (self.internal.remembers and np.array_equal(z, z - change))  # less than z's rounding
-            if small and not self._unbalanced(residual, known, z):
+            small = left <= within or (self.internal.remembers and np.array_equal(z, z - change))  # z's rounding
+            slow = previous and rate >= 0.5 and size <= ROUNDING * self.largest
+            if (small or slow) and not self._unbalanced(residual, known, z):
                 return z
             self.released = small
             if previous and rate > CONTRACTION and not fresh:
@@ -171,7 +171,7 @@ class NonlinearSystem:
         residual = self._residual(X, z + change, known, t)
         if self.internal.remembers:
             size = abs(float(self._displaced()[self.place])) * float(np.abs(change).max())
-            if size > ROUNDING * self.largest:
+            if size > (EXACT if self.internal.reads > 1 else ROUNDING) * self.largest:
                 change, residual = self._not_too_far(X, z, change, old, residual, known, t)
             return z + change, residual, change
         for _ in range(8 if self.iteration.line_search else 0):
