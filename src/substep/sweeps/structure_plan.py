@@ -35,6 +35,7 @@ from ..structures.model.memory import Memory, Recalled, RememberingForce
 from ..structures.model.springs import Springs
 from ..structures.solvers.combine import combined
 from ..structures.structure import Structure, damping_of
+from .lanes import largest_moduli
 from .sweep_plan import STATUS, Results, SweepPlan, Variable
 
 if TYPE_CHECKING:
@@ -289,7 +290,8 @@ def _marched(run: Run, n: int, plan: StructurePlan) -> tuple[list[Array], Any]:
             for k, x in enumerate(made):
                 if rows is not None:
                     rows[k][clock.done - len(x) + 1 : clock.done + 1] = x
-                np.maximum(peaks[k], np.abs(x).max(axis=0), out=peaks[k])
+                if plan.keep == "peak":
+                    np.maximum(peaks[k], largest_moduli(np.array(x)[None], np.maximum)[0], out=peaks[k])
     if rows is not None:
         found = [np.moveaxis(table, 0, 1) for table in rows]
     elif plan.keep == "peak":
