@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 @called_as('sweep("duffing", "bathe", dt=0.01, t_end=10.0, u0=[0.5, 1.0])')
 def sweep(
-    scene: Scene | str | SceneDeclaration | Structure | Sequence[Structure],
+    scene: Scene | str | SceneDeclaration | Structure | list[Structure] | tuple[Structure, ...],
     scheme: Scheme | str | Declaration,
     *,
     t_end: float,
