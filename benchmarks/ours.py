@@ -141,16 +141,29 @@ def building(
 
     singly: step by step, as structures are marched that no kernel takes.
     """
-    masses, k, q_y, c = np.array(stories).T
-    drifts = np.eye(len(masses)) - np.eye(len(masses), k=-1)
-    law = ss.law("bilinear", k=k, q_y=q_y, alpha=hardening)
-    s = ss.shear_building(masses, law, damping=drifts.T @ np.diag(c) @ drifts).ground_motion(ss.Record(dt, record), 1.0)
+    s = _shear_building(stories, hardening).ground_motion(ss.Record(dt, record), 1.0)
 
     def march(steps: int, account: bool = False) -> Any:
         with patch.object(fixed_steps.CompiledSteps, "of", lambda march: None) if singly else nullcontext():
             return ss.march(s, "average_acceleration", dt, steps * dt, account=account, progress=False)
 
     return march
+
+
+def buildings(
+    stories: list[tuple[float, float, float, float]], hardening: float, record: Array, dt: float, strengths: Array
+) -> Callable[[int], Any]:
+    """Such buildings with these factors of strength: peaks of so many steps."""
+    every = [_shear_building([(m, k, x * q, c) for m, k, q, c in stories], hardening) for x in strengths]
+    options: dict[str, Any] = {"ground": [ss.Record(dt, record)], "direction": 1.0, "keep": "peak", "progress": False}
+    return lambda steps: ss.sweep(every, "average_acceleration", dt=dt, t_end=steps * dt, **options)
+
+
+def _shear_building(stories: list[tuple[float, float, float, float]], hardening: float) -> ss.Structure:
+    masses, k, q_y, c = np.array(stories).T
+    drifts = np.eye(len(masses)) - np.eye(len(masses), k=-1)
+    law = ss.law("bilinear", k=k, q_y=q_y, alpha=hardening)
+    return ss.shear_building(masses, law, damping=drifts.T @ np.diag(c) @ drifts)
 
 
 def yielding_peaks(omegas: Array, xi: float, strengths: Array, hardening: float, load: ss.Record) -> Array:

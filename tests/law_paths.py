@@ -77,7 +77,7 @@ def clough(k: float, q_y: float, alpha: float) -> Oracle:
         at_peak = q_y + alpha * (k * peak - q_y)
         slope = at_peak / (peak - foot)
         if x < peak:
-            meets = (k * x - q - slope * foot) / (k - slope) if slope < k else peak  # of unloading and that line
+            meets = min((k * x - q - slope * foot) / (k - slope), peak) if slope < k else peak  # of unloading and it
             if e <= meets:
                 return np.array([e, q + k * (e - x), peak, foot, low, low_foot])
             if e <= peak:

@@ -98,7 +98,8 @@ def test_the_kernel_computes_what_steps_one_by_one_do(scheme: str, kind: str) ->
     assert np.nanmax(r.springs.dissipated[-1]) > 0.0  # it has yielded
     assert {name: x for name, x in largest_difference(r, other).items() if not x <= 1e-12} == {}
     assert np.abs(r.account.quadrature - other.account.quadrature).max() <= 1e-12 * np.abs(other.account.work).max()
-    assert np.abs(r.newton_iterations - other.newton_iterations).max() <= 1  # one correction may be rounding
+    # where what is left is just above LINE of what was there, one more correction follows, and one that ends it
+    assert np.abs(r.newton_iterations - other.newton_iterations).max() <= 2
     assert r.springs.shortened == other.springs.shortened
 
 

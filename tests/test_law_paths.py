@@ -48,16 +48,33 @@ def path(seed: int, n: int = 40) -> Array:
 
 
 @pytest.mark.parametrize(("name", "oracle", "values"), LAWS, ids=IDS)
-@pytest.mark.parametrize("seed", [1, 2])
-def test_force_along_a_path(name: str, oracle: Callable[..., Oracle], values: dict[str, float], seed: int) -> None:
+@pytest.mark.parametrize(("seed", "scale"), [(1, 1), (2, 6)])
+def test_force_along_a_path(
+    name: str, oracle: Callable[..., Oracle], values: dict[str, float], seed: int, scale: int
+) -> None:
+    """Also so far that the backbones beyond the peaks have another sign there."""
     made, (memory, follow), elapsed = law(name, values), oracle(**values), 0.05
     kept, largest = made.unstrained(), 0.0
-    for e in path(seed):
+    for e in scale * path(seed):
         found = made.evaluate([e], memory=kept, elapsed=elapsed)
         q, memory = follow(float(e), memory, elapsed)
         kept, largest = found.memory, max(largest, abs(q))
         assert found.force[0] == pytest.approx(q, abs=1e-10 * largest + 1e-13)
     assert largest > 2.0
+
+
+@pytest.mark.parametrize(("name", "oracle", "values"), LAWS[:-1], ids=IDS[:-1])
+def test_commits_on_the_way_change_nothing(name: str, oracle: Callable[..., Oracle], values: dict[str, float]) -> None:
+    """However many, on a path on which little yields: no rounding may add up. The last law, Maxwell's, has a rate."""
+    made, (memory, follow), x, force = law(name, values), oracle(**values), 0.0, 0.0
+    kept, largest = made.unstrained(), 0.0
+    for e in 0.3 * path(4, 12):
+        q, memory = follow(float(e), memory, 0.0)
+        for between in np.linspace(x, e, 100)[1:]:
+            found = made.evaluate([between], memory=kept)
+            force, kept = float(found.force[0]), found.memory
+        x, largest = float(e), max(largest, abs(q))
+        assert force == pytest.approx(q, abs=1e-10 * largest + 1e-13)
 
 
 @pytest.mark.parametrize(("name", "oracle", "values"), LAWS, ids=IDS)
@@ -95,7 +112,7 @@ def test_tangent_is_the_slope_of_the_force(name: str, oracle: Callable[..., Orac
 
 @pytest.mark.parametrize("n", [1.3, 1.7, 2.5])
 def test_bouc_wen_of_any_exponent(n: float) -> None:
-    test_force_along_a_path("bouc_wen", bouc_wen, SMOOTH | {"n": n}, 1)
+    test_force_along_a_path("bouc_wen", bouc_wen, SMOOTH | {"n": n}, 1, 1)
 
 
 @pytest.mark.parametrize("exponent", [0.1, 0.5, 1.0, 1.7, 2.0])

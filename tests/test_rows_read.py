@@ -144,4 +144,4 @@ def test_rows_are_copied_and_folded(d: int) -> None:
         assert np.array_equal(to, x[:, :, 1])
         x[1, rows // 2 + 1 :] = np.nan
         expected = np.nanmax(np.abs(x), axis=1)
-        assert np.array_equal(sweep_lanes._largest(x.copy()), expected)
+        assert np.array_equal(sweep_lanes.largest_moduli(x.copy()), expected)

@@ -20,7 +20,8 @@ SYMBOLS = {"ductility": r"$\mu$", "strength": "$A_y$", "R_y": "$R_y$"}
 def inelastic_figure(spectrum: "Dataset", axes: Sequence[Axes] | None = None) -> Figure:
     """Of an `inelastic_spectrum`: strength, displacement, and what of this remains, over the period.
 
-    A curve for each value of what is constant. Where the strength is constant, the ductility stands in its place.
+    A curve for each value of what is constant. Where the strength is constant, the ductility stands in its place, and
+    where the spectrum does not say what remains, the energy lost.
     axes: three to draw into, in place of a new figure with a title. Raises ValueError for another number of axes.
     """
     kept = next(name for name in SYMBOLS if name in spectrum.coords)
@@ -31,9 +32,12 @@ def inelastic_figure(spectrum: "Dataset", axes: Sequence[Axes] | None = None) ->
     first = (
         ("ductility_demand", r"ductility $\mu$") if kept == "strength" else ("A_y", "yield strength $A_y$ (m/s$^2$)")
     )
+    last = "residual_displacement", "residual displacement, modulus (m)"
+    if last[0] not in s:
+        last = "hysteretic_energy", "energy lost by yielding (J/kg)"
     for i, value in enumerate(s[kept].to_numpy()):
         colour, line = look(i)
-        for panel, name in zip(panels, (first[0], "displacement", "residual_displacement"), strict=True):
+        for panel, name in zip(panels, (first[0], "displacement", last[0]), strict=True):
             y = np.abs(s[name].to_numpy()[i])
             panel.loglog(
                 s.period,
@@ -42,9 +46,7 @@ def inelastic_figure(spectrum: "Dataset", axes: Sequence[Axes] | None = None) ->
                 linestyle=line,
                 label=f"{SYMBOLS[kept]} = {value:g}",
             )
-    for panel, label in zip(
-        panels, (first[1], "largest displacement (m)", "residual displacement, modulus (m)"), strict=True
-    ):
+    for panel, label in zip(panels, (first[1], "largest displacement (m)", last[1]), strict=True):
         panel.set_ylabel(label)
         panel.set_xlabel("period $T$ (s)")
     name_curves(panels[0], beside=False)

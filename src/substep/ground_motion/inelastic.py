@@ -17,7 +17,7 @@ from ..run.schemes import numbers_only
 from .peaks import refined, relative
 from .spectrum import attributes, natural_periods, record_of
 from .yield_strengths import Asked, Found, strengths
-from .yielding import LAWS, Demand, Yielding, demands
+from .yielding import LAWS, RESTING, Demand, Yielding, demands
 
 if TYPE_CHECKING:
     from xarray import Variable
@@ -55,8 +55,9 @@ def inelastic_spectrum(
     Per unit mass, u'' + 2 xi omega u' + q = -a_g from rest, omega = 2 pi/period, where the spring's force q has the
     initial stiffness omega^2 and yields at the strength A_y, m/s^2; after that its stiffness is hardening*omega^2.
     record, dt, unit, scheme: as in `substep.response_spectrum`. periods (P,) > 0 in s. xi: one damping ratio, of the
-    initial stiffness. law: "bilinear", which unloads with the initial stiffness. hardening: in [0, 1), 0 for
-    elastic-perfectly plastic. steps: of the scheme from sample to sample, equal ones.
+    initial stiffness. law: "bilinear" or "isotropic_bilinear", which unload with the initial stiffness, or "clough",
+    which reloads towards the largest displacement of each side. hardening: in [0, 1), 0 for elastic-perfectly plastic.
+    steps: of the scheme from sample to sample, equal ones.
 
     Constant is one of three, a number or a row (K,): ductility >= 1, the largest displacement over that of first yield,
     by default (1, 1.5, 2, 4, 8); strength > 0, A_y in m/s^2; R_y > 0, the strength that the oscillator would need to
@@ -68,7 +69,8 @@ def inelastic_spectrum(
     ductility 1 that of `response_spectrum`; displacement, the largest |u|, m; ductility_demand, that over the yield
     displacement A_y/omega^2; R_y; hysteretic_energy, lost by yielding, J/kg; yield_excursions, how often it began to
     yield; all of them at the record's samples. residual_displacement, m, with its sign: where the oscillator comes to
-    rest, after a free vibration that may yield once more; NaN where that takes more than 256 periods.
+    rest, after a free vibration that may yield once more; NaN where that takes more than 256 periods; left out with
+    "clough", which is not elastic about any displacement.
     errors: also displacement_error, which the ductility has too, and hysteretic_energy_error, relative, and
     residual_displacement_error, of the largest displacement: how far the value is from that of the same oscillator in
     half the step, at the same instants. Of a scheme of second order this is three quarters of its error. Where the
@@ -118,7 +120,8 @@ def inelastic_spectrum(
         "hysteretic_energy": variable(demand.energy, "energy lost by yielding, per unit mass", "J kg-1"),
         "yield_excursions": variable(demand.excursions, "how often it began to yield", "1"),
     }
-    variables.pop(kept, None)
+    for name in (kept, *([] if law in RESTING else ["residual_displacement"])):
+        variables.pop(name, None)
     if found.solutions is not None:
         text = "strengths that give the ductility, as the grid crosses it"
         variables["solutions"] = variable(found.solutions, text, "1")
@@ -130,7 +133,7 @@ def inelastic_spectrum(
             "hysteretic_energy": relative(demand.energy, halved.energy),
             "residual_displacement": np.divide(moved, halved.peak, out=moved, where=halved.peak != 0.0),
         }
-        for name, x in off.items():
+        for name, x in off.items() if law in RESTING else [*off.items()][:-1]:
             of = ", to the largest displacement" if name.startswith("residual") else ""
             variables[f"{name}_error"] = variable(x, f"distance of the {name.replace('_', ' ')} {text}{of}", "1")
     coordinates = {

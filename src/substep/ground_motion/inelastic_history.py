@@ -6,10 +6,10 @@ from xarray import Dataset
 from ..core.errors import real_number
 from ..core.loads import Record
 from ..core.response import Response
+from ..core.scene_catalogue import WITH_LAW
 from ..core.scenes import scene
 from ..marching.run import march
 from .yield_strengths import Asked, strengths
-from .yielding import LAWS
 
 
 class InelasticSpectrum(Dataset):
@@ -57,7 +57,6 @@ class InelasticSpectrum(Dataset):
                 f"{asked.scheme.name} in steps of {asked.record.dt:g} s"
             )
         load = Record(asked.record.dt, -asked.record.samples)
-        oscillator = scene(
-            LAWS[asked.law], omega=omega, xi=asked.xi, strength=found, hardening=asked.hardening, load=load
-        )
+        given = {"omega": omega, "xi": asked.xi, "strength": found, "hardening": asked.hardening}
+        oscillator = scene(WITH_LAW, law=asked.law, **given, load=load)
         return march(oscillator, asked.scheme, load.dt, (len(load.samples) - 1) * load.dt)

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 @called_as('sweep("duffing", "bathe", dt=0.01, t_end=10.0, u0=[0.5, 1.0])')
 def sweep(
-    scene: Scene | str | SceneDeclaration | Structure,
+    scene: Scene | str | SceneDeclaration | Structure | list[Structure] | tuple[Structure, ...],
     scheme: Scheme | str | Declaration,
     *,
     t_end: float,
@@ -65,7 +65,7 @@ def sweep(
     which each run chooses steps of its own, with rtol, atol, dt_first, dt_min, dt_max, rung as in `substep.march`; then
     keep="history" needs grid, the times of its rows.
 
-    A structure is swept as `substep.sweeps.structure_plan.planned_structure` says.
+    A structure, or a list of them, is swept as `substep.sweeps.structure_plan.planned_structure` says.
 
     axes: any parameter of scheme, scene or load (except of a Record), or a family's argument, by name: a row of values
     becomes a dimension, in the order of the call, a number does not. A name that two of them have needs a prefix, as in
@@ -111,7 +111,7 @@ def sweep(
     cores = _workers(workers)
     if client is None:
         found(device)
-    if isinstance(scene, Structure):
+    if isinstance(scene, Structure | list | tuple):
         plan = planned_structure(scene, scheme, **shared, save=save, **axes)
     else:
         plan = planned(scene, scheme, **shared, values=axes)

@@ -82,7 +82,7 @@ def _others(
         u, v = out[:, :, 0], out[:, :, 1]
         a = out[:, :, 2] if own else _accelerations(some, t, u, v, memory)
         if plan.keep == "peak":
-            largest = [*_largest(out).swapaxes(0, 1), *([] if own else [_largest(a)])]
+            largest = [*largest_moduli(out).swapaxes(0, 1), *([] if own else [largest_moduli(a)])]
             for name, x in zip("uva", largest, strict=True):
                 kept[f"peak_{name}"][where] = x
             return
@@ -136,13 +136,16 @@ def _chosen(plan: SweepPlan, scene: Scene, scheme: Scheme, tol: Any, P: int) -> 
     return Marched(found, x["newton"], made, status)
 
 
-def _largest(x: Array) -> Array:
-    """Largest modulus over the second axis of x (P, rows, ...), NaN left out; x, contiguous, is overwritten."""
+def largest_moduli(x: Array, larger: Any = np.fmax) -> Array:
+    """Largest modulus over the second axis of x (P, rows, ...), contiguous, which is overwritten.
+
+    larger: of two arrays; by default NaN is left out.
+    """
     np.abs(x, out=x)
     rows = x.shape[1]
     while rows > 1:  # the later half onto the earlier one: contiguous, as a maximum over the axis itself is not
         half = (rows + 1) // 2
-        np.fmax(x[:, : rows - half], x[:, half:rows], out=x[:, : rows - half])
+        larger(x[:, : rows - half], x[:, half:rows], out=x[:, : rows - half])
         rows = half
     return x[:, 0]
 

@@ -1,11 +1,12 @@
-"""A sweep of one structure: axes over step, parameters of the scheme, damping, loads, ground motions.
+"""A sweep of structures: axes over step, parameters of the scheme, structures, damping, loads, ground motions, scales.
 
 A chunk is one point of the axes that are numbers with one damping, and with all cases of a linear structure, which are
 one block of right-hand sides; where there is an internal force each case is a chunk of its own, as its iteration is.
+Structures with springs of laws are marched by kernels: chunks of them hold many points, which threads share out.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,10 +16,12 @@ from numpy.typing import ArrayLike
 
 from ..core.arrays import Array, named
 from ..core.device import Device
+from ..core.errors import real_array
 from ..core.loads import Record
 from ..core.response import STATUSES as ENDED
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
+from ..core.threads import spread
 from ..run.axes import RESERVED, Keep, asked
 from ..run.clock import number_of_steps
 from ..structures.march.fixed_steps import FixedSteps
@@ -26,10 +29,13 @@ from ..structures.march.histories import selection
 from ..structures.march.refusals import require_definite_mass, require_suited
 from ..structures.march.scheme_plan import step_of
 from ..structures.march.steps import Run
-from ..structures.march.time_loop import Stretch, steps_taken
+from ..structures.march.time_loop import Stretch, Trial, steps_taken
 from ..structures.model.given import Dof, loads_of
+from ..structures.model.memory import Memory, Recalled, RememberingForce
+from ..structures.model.springs import Springs
 from ..structures.solvers.combine import combined
 from ..structures.structure import Structure, damping_of
+from .lanes import largest_moduli
 from .sweep_plan import STATUS, Results, SweepPlan, Variable
 
 if TYPE_CHECKING:
@@ -37,51 +43,74 @@ if TYPE_CHECKING:
 
     from ..derived.modules import Declaration
 
-OWN = {"dof", "damping", "case"}  # dimensions that no axis of numbers can be
+INNER = ("structure", "damping", "case", "scale")  # dimensions after those of numbers, as far as they are there
+OWN = {"dof", "spring", "elongation", "force", "peak_elongation", "peak_force", *INNER}  # no axis of numbers
 COMPLETED, FAILED, OVERFLOWED = (ENDED.index(name) for name in ("completed", "newton_failed", "non_finite"))
+TOGETHER, STEP = 64, 2000.0  # points with springs in a chunk, and about how many ns one of their steps takes
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StructurePlan(SweepPlan):
-    """cases: structures that differ in their loads only, for each damping. kept: degrees of freedom.
+    """cases: structures that differ in their loads only, for each structure and damping. kept: degrees of freedom.
 
-    several: whether there is an axis of dampings, and one of cases.
+    inner: the sizes of the dimensions of INNER that there are. scales: the values of that one.
     """
 
     cases: tuple[tuple[Structure, ...], ...]
-    several: tuple[bool, bool]
+    inner: Mapping[str, int]
+    scales: Array | None
     kept: tuple[Dof, ...]
 
     @property
     def dims(self) -> dict[str, int]:
-        """The sizes of all axes, those of dampings and cases last."""
-        rest = zip(self.several, ("damping", "case"), (len(self.cases), len(self.cases[0])), strict=True)
-        return super().dims | {name: size for there, name, size in rest if there}
+        """The sizes of all axes, those of INNER last."""
+        return super().dims | dict(self.inner)
 
     def point(self, place: int) -> tuple[Scheme, float, tuple[Structure, ...]]:
         """Scheme, step and cases of the combination with this number, in C order."""
-        *places, damping = np.unravel_index(place, (*(len(axis.values) for axis in self.axes), len(self.cases)))
+        *places, which = np.unravel_index(place, (*(len(axis.values) for axis in self.axes), len(self.cases)))
         at = dict(zip(self.axes, places, strict=True))
         scheme = make_scheme(self.scheme, **self.values("scheme", at))
-        return scheme, float(self.values("step", at)["dt"]), self.cases[damping]
+        return scheme, float(self.values("step", at)["dt"]), self.cases[which]
 
     def piece(self, cluster: bool) -> tuple[int, ...]:
-        """One point, with all cases of a linear structure."""
-        together = len(self.cases[0]) if self.cases[0][0].internal is None else 1
-        return (*(1 for _ in self.shape[1:]), together) if self.shape else ()
+        """One point, with all cases of a linear structure; or many points of structures with springs."""
+        if self.cases[0][0].internal is None:
+            return tuple(size if name in ("case", "scale") else 1 for name, size in self.dims.items())
+        room, sizes = 1 if self.springs is None else TOGETHER, list[int]()
+        for size in reversed(self.shape):
+            sizes.insert(0, min(size, room))
+            room //= sizes[0]
+        return tuple(sizes)
+
+    @property
+    def springs(self) -> Springs | None:
+        """Those of the first structure, of which all have as many; None where a force of the user's is asked too."""
+        force = self.cases[0][0].internal
+        return force.springs if isinstance(force, RememberingForce) and force.material is None else None
 
     @property
     def variables(self) -> dict[str, Variable]:
-        """Of u, v and a of the scheme's own as they are kept, and the status."""
+        """Of u, v and a of the scheme's own as they are kept, what springs do, and the status.
+
+        With peaks of springs there are their elongations at the end too, which remain.
+        """
         scheme, h, _ = self.point(0)
         dof = "dof", len(self.kept)
-        return {**dict(self.motion(name, dof) for name in "uva"[: _kinds(scheme, h)]), "status": STATUS}
+        found = dict(self.motion(name, dof) for name in "uva"[: _kinds(scheme, h)])
+        if self.springs is not None:
+            spring = "spring", self.springs.size
+            found |= dict(self.motion(name, spring) for name in ("elongation", "force"))
+            if self.keep == "peak":
+                found["elongation"] = Variable.of(np.float64(np.nan), spring, long_name="elongation at t_end")
+        return {**found, "status": STATUS}
 
     @property
     def labels(self) -> "dict[str, xarray.Variable]":
-        """The degrees of freedom."""
+        """The degrees of freedom, and the factors of ground motions."""
         kind = object if self.cases[0][0].names else np.int64
-        return {"dof": named("dof", np.array(self.kept, dtype=kind), {})}
+        found = {"dof": named("dof", np.array(self.kept, dtype=kind), {})}
+        return found if self.scales is None else {**found, "scale": named("scale", self.scales, {})}
 
     @property
     def attrs(self) -> dict[str, Any]:
@@ -90,22 +119,31 @@ class StructurePlan(SweepPlan):
 
     def run(self, first: int, last: int, room: Results) -> Results:
         """See `SweepPlan.run`."""
+        names, count = [name for name in self.variables if name != "status"], last - first
         place, case = divmod(first, len(self.cases[0]))
         scheme, h, cases = self.point(place)
-        some, n = cases[case : case + last - first], number_of_steps(h, self.t_end)
-        if some[0].internal is None:
-            table, status = _marched(Run(some[0], scheme, h, cases=some), n, self)
-            table = np.moveaxis(table, -1, 0)
-        else:
-            table, status = _marched(Run(some[0], scheme, h), n, self)
-            table = table[None]
-        *names, _ = self.variables
-        found = dict(zip(names, np.moveaxis(table, 1, 0), strict=True))
-        return {**found, "status": np.full(len(some), status, np.int8)}
+        if cases[0].internal is None:
+            run = Run(cases[0], scheme, h, cases=cases[case : case + count])
+            (table,), status = _marched(run, number_of_steps(h, self.t_end), self)
+            found = dict(zip(names, np.moveaxis(np.moveaxis(table, -1, 0), 1, 0), strict=True))
+            return {**found, "status": np.full(count, status, np.int8)}
+        rows, status = list[list[Array]]([] for _ in range(count)), np.empty(count, np.int8)
+
+        def march(begin: int, end: int) -> None:
+            for k in range(begin, end):
+                place, case = divmod(first + k, len(self.cases[0]))
+                scheme, h, cases = self.point(place)
+                tables, status[k] = _marched(Run(cases[case], scheme, h), number_of_steps(h, self.t_end), self)
+                rows[k] = [x for table in tables for x in table]
+
+        cost = STEP * count * max(self.steps) if self.springs is not None else 0.0
+        spread(march, count, 1, nanoseconds=cost)
+        columns = zip(*rows, strict=True)
+        return {**dict(zip(names, map(np.array, columns), strict=True)), "status": status}
 
 
 def planned_structure(
-    structure: Structure,
+    structure: Structure | Sequence[Structure],
     scheme: "Scheme | str | Declaration",
     *,
     t_end: float,
@@ -121,19 +159,23 @@ def planned_structure(
     device: Device = "cpu",
     ground: Sequence[Record] | None = None,
     direction: ArrayLike | None = None,
+    scale: ArrayLike | None = None,
     C: Sequence[Any] | None = None,
     **parameters: Any,
 ) -> StructurePlan:
     """The checked plan of a sweep of a structure; `substep.sweep` calls it.
 
-    Axes are dt and parameters of the scheme, where they are rows of values; C, a sequence of dampings; load, a sequence
-    of what `substep.structure` takes as load, or ground, one of records for `Structure.ground_motion` in a direction:
-    dimensions dt, the parameters by name, "damping", and "case". The cases of a linear structure are one block of
-    right-hand sides, for which an effective matrix is factorized once. keep: "final", u, v and, if the scheme has its
-    own, a at t_end; "peak", their largest moduli from t = 0 on; "history", all steps, for one dt. A run that overflows,
-    or whose iteration fails, is NaN from there on, and its status says so; -1 is that of a run not yet made. Raises
-    ValueError for names and values that do not fit, and, before anything is marched, for a damping or a structure that
-    the scheme does not take, as `march` does.
+    Axes are dt and parameters of the scheme, where they are rows of values; a sequence of structures, with as many
+    degrees of freedom and springs; C, a sequence of dampings; load, a sequence of what `substep.structure` takes as
+    load, or ground, one of records for `Structure.ground_motion` in a direction; scale, factors (F,) of all records:
+    dimensions dt, the parameters by name, "structure", "damping", "case" and "scale". The cases of a linear structure
+    are one block of right-hand sides, for which an effective matrix is factorized once; structures with springs of laws
+    are marched on all cores, up to `workers` of `sweep`. keep: "final", u, v and, if the scheme has its own, a at
+    t_end; "peak", their largest moduli from t = 0 on; "history", all steps, for one dt. Of springs there are elongation
+    and force, kept so too, and with "peak" also the elongation at t_end, which remains. A run that overflows, or whose
+    iteration fails, is NaN from there on, and its status says so; -1 is that of a run not yet made. Raises ValueError
+    for names and values that do not fit, and, before anything is marched, for a damping or a structure that the scheme
+    does not take, as `march` does.
     """
     if dt is None:
         raise ValueError("expected dt, a step or several, for a sweep of a structure, got none; march each with tol")
@@ -147,21 +189,51 @@ def planned_structure(
     if load is not None and ground is not None:
         raise ValueError("expected load or ground as the axis of cases, got both; give one")
     loads, records, dampings = (_listed(name, x) for name, x in (("load", load), ("ground", ground), ("C", C)))
+    models, factors = _alike(structure), None if scale is None else np.atleast_1d(real_array("scale", scale))
+    if factors is not None and (records is None or factors.ndim != 1):
+        got = "no ground" if records is None else f"shape {factors.shape}"
+        raise ValueError(f"expected scale as a row of factors of the records in ground, got {got}; give both as lists")
     text = "or an argument of the sweep of a structure"
     request = asked(scheme, dt, None, t_end, keep, parameters, {}, {}, text, RESERVED | OWN)
     if keep == "history" and any(axis.owner == "step" for axis in request.axes):
         raise ValueError("expected one dt where histories are kept, got several; keep 'final' or 'peak', or sweep each")
-    damped = [structure] if dampings is None else [replace(structure, C=damping_of(structure, c)) for c in dampings]
+    damped = models if dampings is None else [replace(s, C=damping_of(s, c)) for s in models for c in dampings]
+    if records is not None and factors is not None:
+        records = [Record(r.dt, float(x) * r.samples, source=r.source) for r in records for x in factors]
     cases = tuple(_cases(s, loads, records, direction) for s in damped)
-    if not all(map(len, (*(axis.values for axis in request.axes), cases, *cases))):
+    several = (
+        None if isinstance(structure, Structure) else models,
+        dampings,
+        loads if ground is None else ground,
+        factors,
+    )
+    inner = {name: len(x) for name, x in zip(INNER, several, strict=True) if x is not None}
+    if not all((*(len(axis.values) for axis in request.axes), *inner.values())):
         raise ValueError("expected at least one value on each axis of a sweep, got an axis without; leave it out")
-    several = C is not None, load is not None or ground is not None
-    plan = StructurePlan(**vars(request), cases=cases, several=several, kept=tuple(structure.kept(dofs)))
-    require_definite_mass(structure)
+    plan = StructurePlan(**vars(request), cases=cases, inner=inner, scales=factors, kept=tuple(models[0].kept(dofs)))
+    for s in models:
+        require_definite_mass(s)
     plan.steps  # noqa: B018 (raises for an end that is no multiple of a step)
     for one, h, (first, *_) in map(plan.point, range(math.prod(plan.shape) // (len(cases[0])))):
         require_suited(first, one, h)
     return plan
+
+
+def _alike(given: Structure | Sequence[Structure]) -> list[Structure]:
+    """The structures. Raises ValueError where they are none, or of other degrees of freedom or numbers of springs."""
+    models = [given] if isinstance(given, Structure) else list(given)
+
+    def size(s: Structure) -> tuple[Any, ...]:
+        force = s.internal
+        springs = force.springs if isinstance(force, RememberingForce) else None
+        return s.T.shape[0], s.names, force is None, 0 if springs is None else springs.size
+
+    if not models or not all(isinstance(s, Structure) and size(s) == size(models[0]) for s in models):
+        raise ValueError(
+            "expected structures with the same degrees of freedom and as many springs, got "
+            f"{'none' if not models else 'others'}; sweep those of each kind by themselves"
+        )
+    return models
 
 
 def _listed(name: str, values: Any) -> Sequence[Any] | None:
@@ -189,36 +261,68 @@ def _kinds(scheme: Scheme, h: float) -> int:
     return 3 if len(step_of(scheme, h).report) == 3 else 2
 
 
-def _marched(run: Run, n: int, plan: StructurePlan) -> tuple[Array, Any]:
-    """(kinds, k) or (kinds, n+1, k), and a status, each with the axis of cases last where there are any."""
+def _marched(run: Run, n: int, plan: StructurePlan) -> tuple[list[Array], Any]:
+    """Tables of motion (kinds, k) or (kinds, n+1, k), with the axis of cases last where there are any, and a status.
+
+    Another table is of springs: elongations and forces, (2, s) or (2, n+1, s), and of peaks the elongations at the end.
+    """
     select = selection(run.structure, [run.structure.place(dof) for dof in plan.kept])
-    kinds = _kinds(run.scheme, run.h)
-    row = select(run.given[:kinds])
-    rows = np.full((n + 1, *row.shape), np.nan) if plan.keep == "history" else None
-    peak, status = np.abs(row), COMPLETED
-    if rows is not None:
-        rows[0] = row
+    kinds, springs = _kinds(run.scheme, run.h), plan.springs is not None
+    latest = [select(run.given[:kinds])]
+    if springs:
+        assert run.memory is not None
+        latest.append(_strained(run, run.given, run.memory))
+    rows = [np.full((n + 1, *row.shape), np.nan) for row in latest] if plan.keep == "history" else None
+    for table, row in zip(rows or (), latest, strict=rows is not None):
+        table[0] = row
+    peaks, status = [np.abs(row) for row in latest], COMPLETED
     clock = FixedSteps(run, n, to_end=True)
     with np.errstate(all="ignore"):
         for step in steps_taken(clock):
             last = clock.done == n
             if not last and plan.keep == "final":
                 continue
-            if isinstance(step, Stretch):
-                motion = step.motion[:, :kinds]
-                made = select(motion.reshape(-1, motion.shape[-1])).reshape(len(motion), kinds, -1)
-            else:
-                motion = combined(step.march.steps.report[:kinds], step.X)[None]
-                made = select(motion[0])[None]
+            made = _motion(run, step, kinds, select, springs=springs)
             if last:
-                status = np.where(np.isfinite(motion[-1, 0].sum(axis=0)), COMPLETED, OVERFLOWED)
-            row = made[-1]
-            if rows is not None:
-                rows[clock.done - len(made) + 1 : clock.done + 1] = made
-            np.maximum(peak, np.abs(made).max(axis=0), out=peak)
+                u = step.motion[-1] if isinstance(step, Stretch) else combined(step.march.steps.report[:1], step.X)
+                status = np.where(np.isfinite(u[0].sum(axis=0)), COMPLETED, OVERFLOWED)
+            latest = [x[-1] for x in made]
+            for k, x in enumerate(made):
+                if rows is not None:
+                    rows[k][clock.done - len(x) + 1 : clock.done + 1] = x
+                if plan.keep == "peak":
+                    np.maximum(peaks[k], largest_moduli(np.array(x)[None], np.maximum)[0], out=peaks[k])
+    if rows is not None:
+        found = [np.moveaxis(table, 0, 1) for table in rows]
+    elif plan.keep == "peak":
+        found = peaks if not springs else [peaks[0], np.concatenate([peaks[1], latest[1][:1]])]
+    else:
+        found = latest
     if clock.status != "completed":
-        if rows is None:
-            return np.full_like(row, np.nan), FAILED
         status = FAILED
-    out = peak if plan.keep == "peak" else row if rows is None else np.moveaxis(rows, 0, 1)
-    return np.where(np.isfinite(out), out, np.nan), status
+        found = found if rows is not None else [np.full_like(x, np.nan) for x in found]
+    return [np.where(np.isfinite(x), x, np.nan) for x in found], status
+
+
+def _motion(
+    run: Run, step: Trial | Stretch, kinds: int, select: Callable[[Array], Array], *, springs: bool
+) -> list[Array]:
+    """The rows of both tables of `_marched` after each of the steps, (m, kinds, k) and (m, 2, s)."""
+    if isinstance(step, Stretch):
+        motion = step.motion[:, :kinds]
+        made = select(motion.reshape(-1, motion.shape[-1])).reshape(len(motion), kinds, -1)
+        return [made, step.springs[:, :2]] if springs else [made]
+    rows = combined(step.march.steps.report[:kinds], step.X)
+    if not springs:
+        return [select(rows)[None]]
+    assert step.march.memory is not None
+    return [select(rows)[None], _strained(run, rows, step.march.memory)[None]]
+
+
+def _strained(run: Run, rows: Array, memory: Memory) -> Array:
+    """Elongations and forces (2, s) of springs at u, v, the first of the rows, where the memory was committed."""
+    force = run.structure.internal
+    assert isinstance(force, RememberingForce)
+    found = force.answer(0.0, rows[0], rows[1], Recalled(memory)).of_springs
+    assert found is not None
+    return np.array([found.e, found.force])

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Results = dict[str, Any]
 NOT_RUN = -1
 MEANINGS = {"u": "displacement", "v": "velocity", "a": "acceleration", "energy": "kinetic energy and potential"}
-MEMORY = "what laws remember"
+OF_LAWS = {"memory": "what laws remember", "elongation": "elongation of springs", "force": "force of springs"}
 
 
 class Chunk(NamedTuple):
@@ -143,7 +143,7 @@ class SweepPlan(Asked, ABC):
         largest: its peak in words.
         """
         rows = [("t", self.rows)] if self.keep == "history" else []
-        meaning, peak = MEANINGS.get(name, MEMORY), "peak_" * (self.keep == "peak")
+        meaning, peak = {**MEANINGS, **OF_LAWS}[name], "peak_" * (self.keep == "peak")
         text = {"final": f"{meaning} at t_end", "peak": f"{largest} {meaning}", "history": meaning}[self.keep]
         return peak + name, Variable.of(np.float64(np.nan), *rows, *inner, **attrs, long_name=text)
 

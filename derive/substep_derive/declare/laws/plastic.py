@@ -65,22 +65,24 @@ slip = Law(
 )
 
 # towards the peak reached before on the other side; e_0, q_0: where it stands, e_p, e_m: peaks, z_p, z_m: where the
-# lines to them begin. A path up follows the unloading line, the line to the peak and the backbone, whichever is lowest.
+# lines to them begin. A path up follows the unloading line, or the line to the peak and beyond it the backbone,
+# whichever is lower. A line to a peak is never steeper than k: before anything has yielded it has that slope, and a
+# rounding more of it would move the crossing of the unloading line at each commit, by a share of what it has moved.
 e_0, q_0, e_p, e_m, z_p, z_m = (Symbol(name) for name in ("e_0", "q_0", "e_p", "e_m", "z_p", "z_m"))
 crossing = e_0 - q_0 / k
 from_p, from_m = Piecewise((crossing, q_0 < 0), (z_p, True)), Piecewise((crossing, q_0 > 0), (z_m, True))
-slope_p = (q_y + alpha * (k * e_p - q_y)) / (e_p - from_p)
-slope_m = (-q_y + alpha * (k * e_m + q_y)) / (e_m - from_m)
+peak_p, peak_m = q_y + alpha * (k * e_p - q_y), -q_y + alpha * (k * e_m + q_y)
+slope_p, slope_m = smaller(k, peak_p / (e_p - from_p)), smaller(k, peak_m / (e_m - from_m))
 
 
 def up(x: Expr) -> Expr:
     """The force on a path up."""
-    return smaller(smaller(q_0 + k * (x - e_0), slope_p * (x - from_p)), q_y + alpha * (k * x - q_y))
+    return smaller(q_0 + k * (x - e_0), smaller(slope_p * (x - from_p), peak_p) + larger(alpha * k * (x - e_p), 0))
 
 
 def down(x: Expr) -> Expr:
     """The force on a path down."""
-    return larger(larger(q_0 + k * (x - e_0), slope_m * (x - from_m)), -q_y + alpha * (k * x + q_y))
+    return larger(q_0 + k * (x - e_0), larger(slope_m * (x - from_m), peak_m) + smaller(alpha * k * (x - e_m), 0))
 
 
 def meets(slope: Expr, begins: Expr) -> Expr:

@@ -30,7 +30,27 @@ _rounded = njit(
 
 KEPT = 8  # sets of slopes of which the factors are kept, of each system
 REGULAR = 1e-13  # of the largest pivot so far: what the next one must be more than
-{call}{products}
+{call}
+
+@intrinsic
+def _pointer(typing, array, place):
+    """Where the number at a place of a contiguous array is."""
+
+    def lower(context, builder, signature, values):
+        return builder.gep(context.make_array(array)(context, builder, values[0]).data, [values[1]])
+
+    return types.CPointer(array.dtype)(array, types.int64), lower
+
+
+def _part(array, place):
+    """A contiguous array from a place on: in compiled code its address, which takes less time than a part of it."""
+    return array.reshape(-1)[place:]
+
+
+@overload(_part)
+def _part_compiled(array, place):
+    return lambda array, place: _pointer(array, place)
+{products}
 
 @_inline
 def _answer(laws, e, rates, memory, since, found, new):
@@ -39,11 +59,13 @@ def _answer(laws, e, rates, memory, since, found, new):
     memory: that committed `since` (1,) before.
     """
     functions, first, given, kept, parameters = laws
+    size = e.size
     for g in range(len(functions)):
-        a, b, c, d = first[g], first[g + 1], kept[g], kept[g + 1]
+        a, d = first[g], kept[g]
         _call(
-            functions[g], b - a, parameters[given[g] : given[g + 1]], e[a:b], rates[a:b], memory[c:d], since,
-            found[0, a:b], found[1, a:b], found[2, a:b], new[c:d], found[3, a:b],
+            functions[g], first[g + 1] - a, _part(parameters, given[g]), _part(e, a), _part(rates, a), _part(memory, d),
+            since, _part(found, a), _part(found, size + a), _part(found, 2 * size + a), _part(new, d),
+            _part(found, 3 * size + a),
         )
 
 
@@ -91,10 +113,10 @@ def _iterated(X, i, place, known, rest, shown, velocity, own, linear, spans, str
 
     Returns the iterations, 0 where it fails, and the corrections that were shortened.
     """
-    tolerance, exact, rounding, too_far, little, balanced, iterations, search = rules
+    tolerance, exact, rounding, too_far, little, balanced, iterations, search, line = rules
     matrices, matrix_spans, stiff = structure
     z, old, residual, change, trial, u, d = room
-    found, of_rate, reach = work[0], springs[2], abs(shown[place])
+    found, total, of_rate, reach = work[0], work[6], springs[2], abs(shown[place])
     _combine(shown, X, place, u)
     for k in range(z.size):
         trial[k] = (X[0, k] - u[k]) / shown[place] if reach != 0.0 else 0.0
@@ -105,7 +127,7 @@ def _iterated(X, i, place, known, rest, shown, velocity, own, linear, spans, str
         _residual(trial, rest, linear, spans, place, forces, velocity, springs, memories, work, residual)
         if count > 0:
             here = _dot(change, residual)
-            if tries == 0 and reach * _largest(change) > rounding * largest[i]:
+            if tries == 0 and reach * _largest(change) > (exact if of_rate else rounding) * largest[i]:
                 begin = _dot(change, old)
                 if begin < 0.0 and here > -too_far * begin:  # a part of the change is sought
                     shorter += 1
@@ -135,12 +157,19 @@ def _iterated(X, i, place, known, rest, shown, velocity, own, linear, spans, str
             largest[i] = max(largest[i], farthest)
             if not np.isfinite(size + _largest(residual)):
                 return 0, shorter
+            if _largest(residual) <= line * _largest(old):
+                _slopes(found, slopes[0], slopes[1], released, total)
+                on_lines = True
+                for s in range(d.size):
+                    on_lines = on_lines and total[s] == d[s]
+                if on_lines:
+                    _copy(z, X[place])
+                    return count, shorter
             rate = size / previous if previous != 0.0 else 1.0
             left = size * min(1.0, rate / (1.0 - rate)) if rate < 1.0 else size
-            small = left <= max(tolerance * gone, exact * largest[i])
-            small = small or (previous != 0.0 and rate >= 0.5 and size <= rounding * largest[i]) or stays
-            released = False
-            if small and of_rate:
+            small = left <= max(tolerance * gone, exact * largest[i]) or stays
+            slow, released = previous != 0.0 and rate >= 0.5 and size <= rounding * largest[i], False
+            if (small or slow) and of_rate:
                 allowed = _largest(known)
                 for m in range(3):
                     if own[m] != 0.0:
@@ -148,10 +177,10 @@ def _iterated(X, i, place, known, rest, shown, velocity, own, linear, spans, str
                         _add_product(matrices[m], matrix_spans[m], own[m], z, old)
                         allowed += _largest(old)
                 released = _largest(residual) > balanced * allowed + 16.0 * exact * largest[i] * stiff
-            if small and not released:
+            if (small or slow) and not released:
                 _copy(z, X[place])
                 return count, shorter
-            previous = size
+            released, previous = released and small, size
             if count == iterations:
                 return 0, shorter
         count, tries = count + 1, 0
@@ -187,7 +216,7 @@ def _committed(X, u, v, since, answered, springs, memories, level, work, room):
 @_inline
 def _step(X, loads, n, rules, plan, structure, springs, memories, kept, counts, largest, shorter, work, rooms):
     """The unknowns of a step that has begun, under loads[:, n] (I, m); returns the commits made, -1 where it fails."""
-    (rows, linear, spans, iterated, shown, velocity, first, forces, slopes, first_commit, commits, since_commit,
+    (rows, used, linear, spans, iterated, shown, velocity, first, forces, slopes, first_commit, commits, since_commit,
      answered) = plan  # fmt: skip
     weights, at, levels, since, fixed = forces
     matrices, matrix_spans, _ = structure
@@ -200,11 +229,11 @@ def _step(X, loads, n, rules, plan, structure, springs, memories, kept, counts, 
         for k in range(known.size):
             known[k] = -loads[i, n, k]
         for m in range(3):
-            if rows[i, m, :place].any():
+            if used[i, m]:
                 _combine(rows[i, m], X, place, part)
                 _add_product(matrices[m], matrix_spans[m], 1.0, part, known)
         _copy(known, rest)
-        if rows[i, 3, :place].any():
+        if used[i, 3]:
             _combine(rows[i, 3], X, place, part)
             _add_product(matrices[3], matrix_spans[3], 1.0, part, rest)
         rates_before[:] = 0.0
@@ -250,15 +279,16 @@ def march(state, memory, loads, rules, plan, out, report, structure, springs, re
     """As many steps as there are loads (I, steps, m), from the state (S, m) and what is remembered (k,).
 
     rules: of Newton's iteration, as `substep.structures.march.newton` has them. plan: of each system four rows (4, V),
-    of what M, C, K at the start and the linear part of the internal force multiply; their sum for the unknown, and its
-    spans; whether it is iterated; the row of the displacement that is looked at, and that of the velocity; its first
-    force; of the F forces weights, rows, places of memories, times since, and whether the unknown moves them not; how
-    their slopes by elongations and by rates count (2, F); its first commit; rows of u and v (2, C, V) and times of
-    commits, the last of which ends the step, and of each the force that is taken there, or -1. out (S, V): the next
-    state; report (R, V). structure: the four matrices, their spans, and the largest stiffness. springs: B; of each law
-    its address, first spring, parameter and number remembered, and all parameters; whether some read rates. results:
-    reports (steps, R, m), memories (steps, k), elongations, forces and stored energies of springs (steps, 4, s) after
-    each step, with a row of room, iterations (steps, I), largest displacements and shortened corrections (I,) so far.
+    of what M, C, K at the start and the linear part of the internal force multiply, and which of them are not 0 before
+    the unknown; their sum for the unknown, and its spans; whether it is iterated; the row of the displacement that is
+    looked at, and that of the velocity; its first force; of the F forces weights, rows, places of memories, times
+    since, and whether the unknown moves them not; how their slopes by elongations and by rates count (2, F); its first
+    commit; rows of u and v (2, C, V) and times of commits, the last of which ends the step, and of each the force that
+    is taken there, or -1. out (S, V): the next state; report (R, V). structure: the four matrices, their spans, and the
+    largest stiffness. springs: B; of each law its address, first spring, parameter and number remembered, and all
+    parameters; whether some read rates. results: reports (steps, R, m), memories (steps, k), elongations, forces and
+    stored energies of springs (steps, 4, s) after each step, with a row of room, iterations (steps, I), largest
+    displacements and shortened corrections (I,) so far.
     What is made here is known to overlap with nothing else, so that loops over it are faster than over what is given.
 
     Returns how many steps are done before one that fails; state and memory are then those after the last of them.
@@ -266,8 +296,8 @@ def march(state, memory, loads, rules, plan, out, report, structure, springs, re
     reports, remembered, answers, counts, largest, shortened = results
     B, laws, of_rate = springs
     (I, steps, m), (S, V), n, s, k = loads.shape, out.shape, structure[0].shape[1], answers.shape[2], memory.size
-    F = max(len(plan[7][0]), 1)
-    X, next_state, memories = np.zeros((V, m)), np.empty((S, m)), np.empty((len(plan[11]) + 1, k))
+    F = max(len(plan[8][0]), 1)
+    X, next_state, memories = np.zeros((V, m)), np.empty((S, m)), np.empty((len(plan[12]) + 1, k))
     shorter, done, at_once = np.zeros(I, np.int64), 0, np.zeros(1)
     kept = (
         np.empty((I, KEPT, s)), np.empty((I, KEPT, n, m)), np.empty((I, KEPT, n), np.int64),

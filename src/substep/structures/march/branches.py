@@ -30,11 +30,12 @@ class Branches:
     first: Array
     kept: OrderedDict[bytes, Solve] = field(default_factory=OrderedDict)
     base: Solve | None = None
+    last: Array | None = None  # the slopes that were asked for last
     columns: dict[int, Array] = field(default_factory=dict)  # of the inverse with the first slopes, times a row of B
 
     def of(self, d: Array) -> Solve:
         """The function b -> x. Raises ValueError for a singular matrix."""
-        key = d.tobytes()
+        key, self.last = d.tobytes(), d
         if key not in self.kept:
             places = np.flatnonzero(d != self.first)
             found = self._corrected(places, d) if self.sparse and len(places) <= FEW else self.factorized(d)

@@ -27,7 +27,7 @@ from .time_loop import Stretch
 SMALL = 100  # free degrees of freedom, and springs, up to which a kernel computes the steps
 RULES = (
     newton.TOLERANCE, newton.EXACT, newton.ROUNDING, newton.TOO_FAR, newton.SMALL, newton.BALANCED, newton.ITERATIONS,
-    newton.SEARCH,
+    newton.SEARCH, newton.LINE,
 )  # fmt: skip
 
 
@@ -101,7 +101,9 @@ class CompiledSteps:
 
 def _padded(rows: Array) -> Array:
     """With zeros up to a multiple of 4 columns."""
-    return np.pad(rows, ((0, 0), (0, -rows.shape[1] % 4)))
+    found = np.zeros((len(rows), -(-rows.shape[1] // 4) * 4))
+    found[:, : rows.shape[1]] = rows
+    return found
 
 
 def _by_columns(matrix: Matrix | None, n: int) -> Array:
@@ -140,9 +142,11 @@ def _plan(steps: Steps, of_rate: bool, held: bool, matrices: Array) -> tuple[Any
     commits = [(c.u, c.v, c.since) for s in systems for c in s.commits]
     commits.append((steps.report[0], steps.report[1], steps.since))
     u, v, since = (np.array(x) for x in zip(*commits, strict=True))
+    used = np.array([row[:, : s.place].any(axis=1) for row, s in zip(rows, systems, strict=True)])
     return (
-        rows, linear, np.array([_spans(A) for A in linear]), np.array(iterated), np.array(shown), np.array(velocity),
-        _firsts(by_system), forces, slopes, _firsts([s.commits for s in systems]), np.array([u, v]), since,
+        rows, used, linear, np.array([_spans(A) for A in linear]), np.array(iterated), np.array(shown),
+        np.array(velocity), _firsts(by_system), forces, slopes, _firsts([s.commits for s in systems]),
+        np.array([u, v]), since,
         np.array([_answered(steps, of_rate, k, *commit) for k, commit in enumerate(commits)], np.int64),
     )  # fmt: skip
 

@@ -25,6 +25,7 @@ ITERATIONS = 60
 TOO_FAR, SMALL = 0.8, 0.1  # of the residual's work along a change: from which it is shortened, and to what
 BALANCED = 1e-9  # of the largest force: the residual where a force of rates with a memory is met
 SEARCH = 30  # trials of a shorter change
+LINE = 1e-12  # of the residual before: what is left of it where all springs have stayed on their lines
 
 
 @dataclass(frozen=True)
@@ -140,6 +141,7 @@ class NonlinearSystem:
                     if self.count == 1 or not isinstance(error.__cause__, SingularMatrix):
                         raise  # at the last good state the structure itself is undetermined
                     break
+            before = residual
             z, residual, change = self._moved(X, z, -self.solve(residual), residual, known, t)
             size = reach * float(np.abs(change).max())
             u = self._at(row, X, z)
@@ -147,11 +149,13 @@ class NonlinearSystem:
             within = max(TOLERANCE * float(np.abs(u - X[0]).max()), EXACT * self.largest)
             if not np.isfinite(size + np.abs(residual).max()):
                 break
+            if self._on_lines(X, z, t, residual, before):
+                return z
             rate = size / previous if previous else 1.0
             left = size * min(1.0, rate / (1.0 - rate)) if rate < 1.0 else size  # of a series that shrinks so
-            small = left <= within or (previous and rate >= 0.5 and size <= ROUNDING * self.largest)
-            small = small or (self.internal.remembers and np.array_equal(z, z - change))  # less than z's rounding
-            if small and not self._unbalanced(residual, known, z):
+            small = left <= within or (self.internal.remembers and np.array_equal(z, z - change))  # z's rounding
+            slow = previous and rate >= 0.5 and size <= ROUNDING * self.largest
+            if (small or slow) and not self._unbalanced(residual, known, z):
                 return z
             self.released = small
             if previous and rate > CONTRACTION and not fresh:
@@ -171,7 +175,7 @@ class NonlinearSystem:
         residual = self._residual(X, z + change, known, t)
         if self.internal.remembers:
             size = abs(float(self._displaced()[self.place])) * float(np.abs(change).max())
-            if size > ROUNDING * self.largest:
+            if size > (EXACT if self.internal.reads > 1 else ROUNDING) * self.largest:
                 change, residual = self._not_too_far(X, z, change, old, residual, known, t)
             return z + change, residual, change
         for _ in range(8 if self.iteration.line_search else 0):
@@ -289,6 +293,13 @@ class NonlinearSystem:
             assert found is not None
             total += self._slopes(one, found.tangent, 0.0 if self.released else found.damping)
         return total
+
+    def _on_lines(self, X: Array, z: Array, t: float, residual: Array, before: Array) -> bool:
+        """Whether the change was that of a linear system: no slope of a spring is another one, and nothing is left."""
+        if self.branches is None or np.abs(residual).max() > LINE * np.abs(before).max():
+            return False
+        at = np.array([self._at(self.system.velocity, X, z), *self._displacements(X, z)])
+        return self.branches.last is not None and np.array_equal(self._of_springs(t, at), self.branches.last)
 
     def _unbalanced(self, residual: Array, known: Array, z: Array) -> bool:
         """Whether the residual of a force of rates is more than rounding, however small the last correction was.

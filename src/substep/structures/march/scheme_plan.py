@@ -6,7 +6,7 @@ vectors of the state and of the unknowns of the systems, in the order in which t
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 from types import ModuleType
 from typing import Any, NamedTuple
 
@@ -140,7 +140,7 @@ class Steps:
 def step_of(scheme: Scheme, h: float) -> Steps:
     """What a step of length h computes. The scheme's parameters are numbers."""
     module = _module(scheme)
-    return _steps(h, module.STATE, *module.step(h, *_values(scheme, module)))
+    return _step(module, h, *_values(scheme, module))
 
 
 def start_of(scheme: Scheme, h: float) -> Steps:
@@ -166,6 +166,11 @@ def _module(scheme: Scheme) -> ModuleType:
     from ...derived.modules import own_plan_module  # noqa: PLC0415 (the one door to SymPy)
 
     return own_plan_module(scheme.info.declaration)
+
+
+@lru_cache(64)  # many structures take the same steps
+def _step(module: ModuleType, h: float, *values: float) -> Steps:
+    return _steps(h, module.STATE, *module.step(h, *values))
 
 
 @cache
