@@ -10,10 +10,15 @@ from declared_steps import constants
 from structure_steps import Blocks, random_structures
 from substep_derive import certify
 from substep_derive.declare.catalogue import find
+from substep_derive.declare.parameter_set import ParameterSet
 from substep_derive.declare.schemes import ALL
+from substep_derive.stability.structure_form import Rows
+from substep_derive.stability.structure_multiplier import Multiplier, pencil
 from sympy import Symbol
+from typer.testing import CliRunner
 
 import substep as ss
+from substep.cli.commands import app
 
 REFUTED = {"forward_euler", "rk2", "bdf3", "bdf4", "butcher6", "rkn64"}
 BOUND = {
@@ -32,10 +37,9 @@ OPEN = {"noh_bathe", "kim_two_stage", "trbdf3", "forest_ruth"}
 THESIS = {"gamma_t": Fraction(1, 5), "beta": Fraction("0.3025"), "gamma": Fraction(3, 5)}
 
 
-def largest(name: str, count: int, seed: int = 0, **parameters: Any) -> float:
-    """The largest modulus of an eigenvalue over random structures, within the bound if there is one."""
-    found, scheme = certify(name, structures=True, **parameters), find(name)
-    assert found.verdict in ("proved", "proved under a bound")
+def largest(name: str, count: int, found: Any, seed: int = 0, **parameters: Any) -> float:
+    """The largest modulus of an eigenvalue over random structures, within the bound that was found if there is one."""
+    scheme = find(name)
     numbers = {
         Symbol(key): float(x)
         for key, x in ss.scheme(name, **{k: float(v) for k, v in parameters.items()}).parameters.items()
@@ -57,19 +61,10 @@ def largest(name: str, count: int, seed: int = 0, **parameters: Any) -> float:
     return worst
 
 
-def proved() -> list[str]:
-    return [s.name for s in ALL if s.name not in REFUTED | OPEN]
-
-
-@pytest.mark.parametrize("name", proved())
-def test_no_random_structure_grows(name: str) -> None:
-    assert largest(name, 35) <= 1 + 1e-10
-
-
 @pytest.mark.thorough
-@pytest.mark.parametrize("name", proved())
+@pytest.mark.parametrize("name", [s.name for s in ALL if s.name not in REFUTED | OPEN])
 def test_no_structure_of_three_thousand_grows(name: str) -> None:
-    assert largest(name, 3000, seed=1) <= 1 + 1e-10
+    assert largest(name, 3000, certify(name, structures=True), seed=1) <= 1 + 1e-10
 
 
 @pytest.mark.parametrize(
@@ -77,26 +72,64 @@ def test_no_structure_of_three_thousand_grows(name: str) -> None:
 )
 def test_newmark_then_bdf2_is_proved_where_its_sub_steps_differ(gamma_t: str, beta: str, gamma: str) -> None:
     given = {"gamma_t": Fraction(gamma_t), "beta": Fraction(beta), "gamma": Fraction(gamma)}
-    assert largest("newmark_bdf2", 350, **given) < 1
+    found = certify("newmark_bdf2", structures=True, **given)
+    assert found.verdict == "proved"
+    assert largest("newmark_bdf2", 350, found, **given) <= 1 + 1e-10
 
 
 @pytest.mark.parametrize("scheme", ALL, ids=lambda s: s.name)
-def test_each_scheme_has_its_verdict(scheme: Any) -> None:
-    found = certify(scheme, structures=True)
-    name = scheme.name
-    expected = (
-        "refuted"
-        if name in REFUTED
-        else "open"
-        if name in OPEN
-        else "proved under a bound"
-        if name in BOUND
-        else "proved"
-    )
-    assert found.verdict == expected
-    assert (found.growing is not None) == (name in REFUTED)
+def test_each_scheme_has_its_verdict_and_no_random_structure_grows_against_it(scheme: Any) -> None:
+    found, name = certify(scheme, structures=True), scheme.name
+    verdicts = {"refuted": REFUTED, "open": OPEN, "proved under a bound": BOUND}
+    assert found.verdict == next((key for key, names in verdicts.items() if name in names), "proved")
+    assert (found.growing is not None) == (found.verdict == "refuted")
+    assert (found.bound is not None) == (found.verdict == "proved under a bound")
     if found.growing is not None:  # the exact matrices, in floating point
         numbers = {s: float(x) for s, x in constants(scheme, mpmath).items()}
-        structure = tuple(np.array([part], float) for part in found.growing)
-        A = Blocks(scheme, numbers, structure).amplification()  # type: ignore[arg-type]
-        assert np.abs(np.linalg.eigvals(A)).max() > 1
+        M, C, K = (np.array([part], float) for part in found.growing)
+        assert np.abs(np.linalg.eigvals(Blocks(scheme, numbers, (M, C, K)).amplification())).max() > 1
+    elif found.verdict != "open":
+        assert largest(name, 35, found) <= 1 + 1e-10
+
+
+def test_a_multiple_eigenvalue_on_the_circle_is_no_growth_for_a_function_of_the_operator() -> None:
+    assert certify("rho_inf_bathe", rho_inf=1, gamma_t="1/2").multiple  # where R(hL) = -1
+    assert certify("rho_inf_bathe", rho_inf=1, gamma_t="1/2", structures=True).verdict == "proved"
+    left = certify("oalts", rho_inf=1, structures=True)
+    assert (left.verdict, left.growing) == ("open", None)
+    assert "multiple eigenvalue on the unit circle" in left.argument
+
+
+def test_the_g_matrix_of_bdf2_is_dahlquists() -> None:
+    """Hairer & Wanner, Solving Ordinary Differential Equations II, V.6: G = [[1, -2], [-2, 5]]/4."""
+    assert "G = [[1/4, -1/2], [-1/2, 5/4]]" in certify("bdf2", structures=True).text
+
+
+def test_the_multiplier_is_positive_in_floating_point_as_well() -> None:
+    rows = Rows(ParameterSet.of("newmark_bdf2", None, THESIS))
+    multiplier, parts = Multiplier.of(rows), pencil(rows)
+    assert multiplier is not None
+    assert parts is not None
+    for angle in np.linspace(1e-2, np.pi, 300):
+        A, B, D, H = (
+            np.array([[sum(float(c) * np.exp(1j * k * angle) for k, c in e.items()) for e in row] for row in m])
+            for m in (*parts, multiplier.H)
+        )
+        for part in (A, B, D):
+            weighted = B.conj().T @ H @ part
+            values = np.linalg.eigvalsh(weighted + weighted.conj().T)
+            assert values[0] >= -1e-9 * values[1]
+
+
+def test_the_command_line_has_structures() -> None:
+    def said(*arguments: str) -> str:
+        return " ".join(CliRunner().invoke(app, ["certify", *arguments, "--structures"]).output.split())
+
+    proof = said("newmark_bdf2", "--gamma-t", "1/5", "--beta", "0.3025", "--gamma", "3/5")
+    assert "Result: proved" in proof
+    assert "multiplier S = B* H" in proof
+    assert "M = [[1]] h C = [[0]] h^2 K = [[1]]" in said("rk2")
+    assert "Bound: h^2 K/(4) + h C/(2) < M" in said("central_difference_lagged")
+    assert "leave it out" in said("bathe", "--xi", "1/20")
+    with pytest.raises(ValueError, match="expected no xi for structures"):
+        certify("bathe", xi="1/20", structures=True)

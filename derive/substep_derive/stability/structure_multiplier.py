@@ -8,15 +8,16 @@ of three terms that are not negative, so that X = 0: no structure has an eigenva
 K > 0. Structures with K > 0 are connected and one of them has all eigenvalues inside, so that all have; where K is
 singular none is outside, as a limit. (Conversely, where no S exists, some structure has the eigenvalue lambda.)
 
-Taken is S = B* H with H = [[1 + a k, w], [w*, 1 + b k]], w = -(1 - tau) - tau/lambda + c k, k = 1 - (lambda +
-1/lambda)/2 and tau the time between the balances over h: these are multiplied by combinations of their own velocities
-and of those one step before and after, which all but vanish on a slow motion. At small angles the determinant of the
-Hermitian part of S D begins with minus the square of a linear form in a, b, c, which gives c. Floating point proposes a
-and b; what is claimed is decided by exact algebra.
+Taken is S = B* H with H = [[1, w], [w*, 1]] + sum over j of k^j [[a_j, c_j], [c_j, b_j]], w = -(1 - tau) - tau/lambda +
+d k (lambda - 1/lambda)/2, k = 1 - (lambda + 1/lambda)/2, and tau the time between the balances over h: these are
+multiplied by combinations of their own velocities and of those some steps before and after, which all but vanish on a
+slow motion. At small angles the determinant of the Hermitian part of S D begins with minus the square of a linear form
+in a_1, b_1, c_1, which gives c_1. Floating point proposes the other constants, first a_1 and b_1 alone; what is claimed
+is decided by exact algebra.
 """
 
 from cmath import exp
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import pi, sqrt
@@ -36,69 +37,84 @@ from .structure_growth import step_matrix
 Laurent = dict[int, Fraction]  # power of lambda -> coefficient
 Square = list[list[Laurent]]
 ANGLES = [0.03, 0.06, *(pi * k / 24 for k in range(1, 25))]
-TRIES, DENOMINATOR = 2000, 1024
+TRIES, DENOMINATOR = 1500, 1024
+FREE = (2, 3, 6)  # constants that are tried to be other than 0
 
 
 @dataclass(frozen=True)
 class Multiplier:
-    """H as the module says, with which the three Hermitian parts are proved to be positive."""
+    """H (2, 2) in powers of lambda, with which the three Hermitian parts are proved to be positive."""
 
-    tau: Fraction
-    a: Fraction
-    b: Fraction
-    c: Fraction
+    H: Square
 
     @classmethod
     def of(cls, rows: Rows) -> "Multiplier | None":
         """One that is proved, for rational parameters and two balances; None if none was found."""
         if len(rows.balances) != 2 or rows.field.domain != QQ or rows.D is not None:
             return None
-        parts, tau = _pencil(rows), _between(rows)
-        tied = None if parts is None or not 0 < tau < 1 else _tied(parts, tau)
-        proposed = None if parts is None or tied is None else _proposed(parts, float(tau), tied)
-        if parts is None or tied is None or proposed is None:
+        parts, tau = pencil(rows), _between(rows)
+        shapes = None if parts is None or not 0 < tau < 1 else _shapes(parts, tau)
+        if parts is None or shapes is None:
             return None
-        a, b = (Fraction(x).limit_denominator(DENOMINATOR) for x in proposed)
-        found = cls(tau, a, b, tied[0] + tied[1] * a + tied[2] * b)
-        weighted = found.on(parts)
-        return found if all(_positive(rows, part, strict=k == 0) for k, part in enumerate(weighted)) else None
-
-    def on(self, parts: Sequence[Square]) -> list[Square]:
-        """S A, S B and S D."""
-        S = _times(_adjoint(parts[1]), self.matrix)
-        return [_times(S, part) for part in parts]
-
-    @property
-    def matrix(self) -> Square:
-        """H as Laurent polynomials in lambda."""
-
-        def entry(at: Laurent, share: Fraction) -> Laurent:
-            return _combined(((Fraction(1), at), (share, {-1: Fraction(-1, 2), 0: Fraction(1), 1: Fraction(-1, 2)})))
-
-        one = {0: Fraction(1)}
-        w = entry({-1: -self.tau, 0: self.tau - 1}, self.c)
-        return [[entry(one, self.a), w], [{-k: x for k, x in w.items()}, entry(one, self.b)]]
+        for proposed in _proposed(parts, shapes):
+            found = shapes[0]
+            for x, shape in zip(proposed, shapes[1:], strict=False):
+                found = _sum(found, shape, Fraction(x).limit_denominator(DENOMINATOR))
+            if all(_positive(rows, part, strict=k == 0) for k, part in enumerate(_weighted(parts, found))):
+                return cls(found)
+        return None
 
     @property
     def text(self) -> str:
-        """The constants in one line."""
-        return f"tau = {self.tau}, a = {self.a}, b = {self.b}, c = {self.c}"
+        """H in one line."""
+        entries = [
+            [" + ".join(f"({x}) lambda^{k}" if k else str(x) for k, x in sorted(e.items())) for e in row]
+            for row in self.H
+        ]
+        return "[" + ", ".join(f"[{', '.join(row)}]" for row in entries) + "]"
 
 
-def _tied(parts: Sequence[Square], tau: Fraction) -> tuple[Fraction, Fraction, Fraction] | None:
-    """(c_0, c_a, c_b) with c = c_0 + c_a a + c_b b, for which the determinant's term in the angle^4 has no square."""
+def _weighted(parts: Sequence[Square], H: Square) -> list[Square]:
+    """S A, S B and S D."""
+    S = _times(_adjoint(parts[1]), H)
+    return [_times(S, part) for part in parts]
 
-    def slope(a: int, b: int, c: int) -> Fraction:
-        """Of that term with respect to c, which is linear in all three."""
+
+def _shapes(parts: Sequence[Square], tau: Fraction) -> list[Square] | None:
+    """H at 0 and what multiplies a_1, b_1, d, a_2, b_2, c_2, c_1 being what takes away the term in the angle^4."""
+    one, k, odd = (
+        {0: Fraction(1)},
+        {-1: Fraction(-1, 2), 0: Fraction(1), 1: Fraction(-1, 2)},
+        {-1: Fraction(-1, 2), 1: Fraction(1, 2)},
+    )
+    square = _product(k, k)
+    base = _hermitian(one, one, {-1: -tau, 0: tau - 1})
+    of_a, of_b, of_c = _hermitian(k, {}, {}), _hermitian({}, k, {}), _hermitian({}, {}, k)
+
+    def slope(H: Square) -> Fraction:
+        """Of that term with respect to c_1, which is linear."""
         at = []
         for step in (1, -1):
-            part = Multiplier(tau, *map(Fraction, (a, b, c + step))).on(parts)[2]
-            at.append(sum((e * k**4 for k, e in _det(_sum(part, _adjoint(part), Fraction(1))).items()), Fraction(0)))
+            part = _weighted(parts, _sum(H, of_c, Fraction(step)))[2]
+            at.append(sum((e * n**4 for n, e in _det(_sum(part, _adjoint(part), Fraction(1))).items()), Fraction(0)))
         return at[0] - at[1]
 
-    origin = slope(0, 0, 0)
-    by_a, by_b, by_c = (slope(*unit) - origin for unit in ((1, 0, 0), (0, 1, 0), (0, 0, 1)))
-    return (-origin / by_c, -by_a / by_c, -by_b / by_c) if by_c else None
+    origin = slope(base)
+    by_a, by_b, by_c = (slope(_sum(base, shape, Fraction(1))) - origin for shape in (of_a, of_b, of_c))
+    if not by_c:
+        return None
+    tied = [_sum(shape, of_c, -by / by_c) for shape, by in ((base, origin), (of_a, by_a), (of_b, by_b))]
+    return [
+        *tied,
+        _hermitian({}, {}, _product(k, odd)),
+        _hermitian(square, {}, {}),
+        _hermitian({}, square, {}),
+        _hermitian({}, {}, square),
+    ]
+
+
+def _hermitian(x: Laurent, y: Laurent, w: Laurent) -> Square:
+    return [[x, w], [{-k: c for k, c in w.items()}, y]]
 
 
 def _between(rows: Rows) -> Fraction:
@@ -112,7 +128,7 @@ def _between(rows: Rows) -> Fraction:
     return Fraction(str(last - first))
 
 
-def _pencil(rows: Rows) -> tuple[Square, Square, Square] | None:
+def pencil(rows: Rows) -> tuple[Square, Square, Square] | None:
     """A, B, D in terms of u_0 and h v_0; None if these do not determine the step on the whole circle.
 
     Neither may a balance be unsolvable for some structure, nor the oscillator with m = h c = h^2 k = 1 not be stable.
@@ -254,38 +270,47 @@ def _in_cosine(rows: Rows, real: Laurent, strict: bool) -> bool:
 # --- proposals ------------------------------------------------------------------------------------------
 
 
-def _proposed(parts: Sequence[Square], tau: float, tied: Sequence[Fraction]) -> tuple[float, float] | None:
-    """(a, b) for which all three Hermitian parts are positive at some angles, by a search at random."""
+def _proposed(parts: Sequence[Square], shapes: Sequence[Square]) -> Iterator[list[float]]:
+    """Constants for which all three Hermitian parts are positive at some angles, by a search at random."""
     at = []
     for angle in ANGLES:
         value = exp(1j * angle)
-        A, b, D = ([[sum(float(c) * value**k for k, c in e.items()) for e in row] for row in m] for m in parts)
+        H = [_at(shape, value) for shape in shapes]
+        A, b, D = (_at(part, value) for part in parts)
         det = b[0][0] * b[1][1] - b[0][1] * b[1][0]
         inverse = [[b[1][1] / det, -b[0][1] / det], [-b[1][0] / det, b[0][0] / det]]
         for m in (A, b, D):
             by_velocity = [[sum(m[i][k] * inverse[k][j] for k in (0, 1)) for j in (0, 1)] for i in (0, 1)]
-            at.append((tau - 1 - tau / value, 1 - value.real, by_velocity))
+            at.append(((1 - value.real) ** 2, [_part(h, by_velocity) for h in H]))
 
     def margin(constants: Sequence[float]) -> float:
-        a, b = constants
-        c = float(tied[0]) + float(tied[1]) * a + float(tied[2]) * b
         least = 1.0
-        for w, k, m in at:
-            off, p, q = w + c * k, 1 + a * k, 1 + b * k
-            x = (p * m[0][0] + off * m[1][0]).real
-            y = (off.conjugate() * m[0][1] + q * m[1][1]).real
-            z = p * m[0][1] + off * m[1][1] + (off.conjugate() * m[0][0] + q * m[1][0]).conjugate()
+        weights = (1.0, *constants)
+        for scale, parts_at in at:
+            x, y, z = (sum(w * part[k] for w, part in zip(weights, parts_at, strict=True)) for k in (0, 1, 2))
             if x + y <= 0:
-                return -1.0
-            least = min(least, (1 - sqrt((x - y) ** 2 + abs(z) ** 2) / (x + y)) / k**2)
+                return -1e9 + x + y
+            least = min(least, (1 - sqrt((x - y) ** 2 + abs(z) ** 2) / (x + y)) / scale)
         return least
 
-    random, best, reach = Random(0), [0.0, 0.0], 0.5
-    value = margin(best)
-    for _ in range(TRIES):
-        other = [x + reach * random.gauss(0, 1) for x in best]
-        if (found := margin(other)) > value:
-            best, value, reach = other, found, min(2.0, 2 * reach)
-        else:
-            reach = max(1e-3, 0.95 * reach)
-    return None if value <= 0 else (best[0], best[1])
+    random, best = Random(0), [0.0] * FREE[-1]
+    for free in FREE:
+        reach, value = 0.5, margin(best)
+        for _ in range(TRIES):
+            other = [x + reach * random.gauss(0, 1) * (k < free) for k, x in enumerate(best)]
+            if (found := margin(other)) > value:
+                best, value, reach = other, found, min(2.0, 2 * reach)
+            else:
+                reach = max(1e-3, 0.95 * reach)
+        if value > 0:
+            yield best
+
+
+def _at(matrix: Square, value: complex) -> list[list[complex]]:
+    return [[sum((float(c) * value**k for k, c in e.items()), 0j) for e in row] for row in matrix]
+
+
+def _part(h: list[list[complex]], m: list[list[complex]]) -> tuple[float, float, complex]:
+    """The Hermitian part of h m: both diagonal entries, and twice the upper one."""
+    (a, b), (c, d) = ([sum((h[i][k] * m[k][j] for k in (0, 1)), 0j) for j in (0, 1)] for i in (0, 1))
+    return a.real, d.real, b + c.conjugate()

@@ -11,8 +11,8 @@ circle, which its certificate excludes. So eigenvalues on the circle are semisim
 C phi = 0, which move freely, as they do exactly.
 
 Operator form. L is dissipative in the energy norm: Re <y, L y> = -v^T C v, with gyroscopic forces too. If |R| <= 1
-where Re z <= 0, then ||R(hL)|| <= 1 (von Neumann): the energy never grows, not even for a while. If not, an eigenvalue s
-of hL is one of an oscillator with m, c, k as above, and R(s) one of its step.
+where Re z <= 0, then ||R(hL)|| <= 1 (von Neumann): the energy never grows, not even for a while. If not, an eigenvalue
+s of hL is one of an oscillator with m, c, k as above, and R(s) one of its step.
 
 Under a bound: h^2 k/W + h c/D < m for every phi if h^2 K/W + h C/D < M, so that stability of the oscillators in that
 triangle, in Omega^2 and 2 xi Omega, is enough.
@@ -174,7 +174,7 @@ class _Decision:
         if multiplier is not None:
             return self._found(
                 PROVED, "On the unit circle the Hermitian parts of S A, S B and S D are positive, exactly, with the "
-                f"multiplier S of `structure_multiplier` for {multiplier.text}."
+                f"multiplier S = B* H of `structure_multiplier`, H = {multiplier.text}."
             )  # fmt: skip
         bound = None if everywhere else self._triangle
         if known and bound is not None:
@@ -216,7 +216,9 @@ class _Decision:
                         continue
                     why = "an eigenvalue outside" if wanted is Verdict.OUTSIDE else "a multiple eigenvalue on"
                     return self._found(REFUTED, f"One oscillator has {why} the unit circle, exactly.", growing=own)
-        return self._found(OPEN, "One oscillator is not stable where its certificate is at an irrational Omega.")
+        return self._found(
+            OPEN, "One oscillator has a multiple eigenvalue on the unit circle; whether powers grow is not decided."
+        )
 
     def _searched(self, bound: Limits | None) -> StructuresCertificate:
         found, tried = growing(self.rows, candidates(bound))

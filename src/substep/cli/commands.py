@@ -136,7 +136,9 @@ def certify(
             numbers(context.args)  # whose errors name the option
             source, given = source_of(name, exact_options(context.args))
             if structures and xi != "0":
-                raise ValueError(f"expected no --xi with --structures, whose matrix C holds all damping, got {xi}")
+                raise ValueError(
+                    f"expected no --xi with --structures, whose matrix C holds all damping, got {xi}; leave it out"
+                )
             if structures:
                 print(folded(structures_certificate(source, **given).text))
                 return
