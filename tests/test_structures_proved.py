@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 from declared_steps import constants
 from structure_steps import Blocks, random_structures
-from substep_derive import certify
+from substep_derive import Energy, NoEnergy, certify
 from substep_derive.declare.catalogue import find
 from substep_derive.declare.parameter_set import ParameterSet
 from substep_derive.declare.schemes import ALL
-from substep_derive.stability.structure_form import Rows
+from substep_derive.declare.symbols import Omega, xi
+from substep_derive.stability.structure_form import MultiStepForm, Rows
 from substep_derive.stability.structure_multiplier import Multiplier, pencil
-from sympy import Symbol
+from substep_thesis.generated.facts import NEWMARK_SETS, SPLITS
+from sympy import Matrix, Symbol, cancel, zeros
 from typer.testing import CliRunner
 
 import substep as ss
@@ -77,6 +79,16 @@ def test_newmark_then_bdf2_is_proved_where_its_sub_steps_differ(gamma_t: str, be
     assert largest("newmark_bdf2", 350, found, **given) <= 1 + 1e-10
 
 
+def has_energy_of_the_operator(scheme: Any) -> bool:
+    """Whether the own energy is Omega^2 u^2 + 2 xi Omega u h v + (h v)^2 but for a factor: functions of h L keep it."""
+    try:
+        form = Energy.of(scheme).P.subs(scheme.typical)
+    except NoEnergy:
+        return False
+    unit = Matrix([[Omega**2, Omega * xi], [Omega * xi, 1]])
+    return form.shape == (2, 2) and (form - form[1, 1] * unit).applyfunc(cancel) == zeros(2)
+
+
 @pytest.mark.parametrize("scheme", ALL, ids=lambda s: s.name)
 def test_each_scheme_has_its_verdict_and_no_random_structure_grows_against_it(scheme: Any) -> None:
     found, name = certify(scheme, structures=True), scheme.name
@@ -84,6 +96,7 @@ def test_each_scheme_has_its_verdict_and_no_random_structure_grows_against_it(sc
     assert found.verdict == next((key for key, names in verdicts.items() if name in names), "proved")
     assert (found.growing is not None) == (found.verdict == "refuted")
     assert (found.bound is not None) == (found.verdict == "proved under a bound")
+    assert ("y_1 = R(h L) y_0" in found.text) == has_energy_of_the_operator(scheme)
     if found.growing is not None:  # the exact matrices, in floating point
         numbers = {s: float(x) for s, x in constants(scheme, mpmath).items()}
         M, C, K = (np.array([part], float) for part in found.growing)
@@ -103,6 +116,23 @@ def test_a_multiple_eigenvalue_on_the_circle_is_no_growth_for_a_function_of_the_
 def test_the_g_matrix_of_bdf2_is_dahlquists() -> None:
     """Hairer & Wanner, Solving Ordinary Differential Equations II, V.6: G = [[1, -2], [-2, 5]]/4."""
     assert "G = [[1/4, -1/2], [-1/2, 5/4]]" in certify("bdf2", structures=True).text
+
+
+@pytest.mark.parametrize("rho", [Fraction(0), Fraction(1, 2), Fraction(4, 5)])
+def test_the_g_matrix_of_oalts_in_closed_form(rho: Fraction) -> None:
+    form = MultiStepForm.of(Rows(ParameterSet.of("oalts", None, {"rho_inf": rho})))
+    assert form is not None
+    assert form.G is not None
+    closed = (5 * rho**2 - 4 * rho + 1, -2 * (rho**2 - 3 * rho + 1), rho**2 - 4 * rho + 5)
+    assert len({Fraction(str(g)) / c for g, c in zip(form.G, closed, strict=True)}) == 1
+
+
+@pytest.mark.thorough
+def test_all_sets_of_the_thesis_are_proved() -> None:
+    for split in SPLITS:
+        for beta, gamma in NEWMARK_SETS:
+            given = {"gamma_t": split, "beta": beta, "gamma": gamma}
+            assert certify("newmark_bdf2", structures=True, **given).verdict == "proved"
 
 
 def test_the_multiplier_is_positive_in_floating_point_as_well() -> None:

@@ -33,7 +33,7 @@ from ..algebra.points import RationalPoint, ring_over, simplest_between
 from ..declare.parameter_set import ParameterSet
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, xi
-from .all_damping import certify_all_damping
+from .all_damping import DampingCertificate, certify_all_damping
 from .certificate import Certificate, Proof, certificate
 from .certificate import certify as of_oscillators
 from .hurwitz import Parts, Spectrum, Verdict, bilinear, tidy
@@ -166,18 +166,33 @@ class _Decision:
         unstable = self._unstable
         if unstable is not None:
             return self._oscillating(unstable)
-        known = self.operator is not None or self.balance is not None
-        everywhere = self.undamped.stable and _everywhere(self._without_stiffness)
-        if known and everywhere:
+        every = self.undamped.stable and self._oscillators.stable_for_all_xi and _everywhere(self._without_stiffness)
+        return self._whatever_step if every else self._within_bound
+
+    @property
+    def _is_oscillators(self) -> bool:
+        """Whether what all oscillators do decides what every structure does."""
+        return self.operator is not None or self.balance is not None
+
+    @property
+    def _whatever_step(self) -> StructuresCertificate:
+        """Where every oscillator is stable, whatever Omega and xi."""
+        if self._is_oscillators:
             return self._found(PROVED, f"Every oscillator is stable, whatever Omega and xi.{self._multi_step}")
-        multiplier = Multiplier.of(self.rows) if everywhere else None
-        if multiplier is not None:
-            return self._found(
-                PROVED, "On the unit circle the Hermitian parts of S A, S B and S D are positive, exactly, with the "
-                f"multiplier S = B* H of `structure_multiplier`, H = {multiplier.text}."
-            )  # fmt: skip
-        bound = None if everywhere else self._triangle
-        if known and bound is not None:
+        multiplier = Multiplier.of(self.rows)
+        if multiplier is None:
+            return self._searched(None)
+        return self._found(
+            PROVED, "On the unit circle the Hermitian parts of S A, S B and S D are positive, exactly, with the "
+            f"multiplier S = B* H of `structure_multiplier`, H = {multiplier.text}."
+        )  # fmt: skip
+
+    @property
+    def _within_bound(self) -> StructuresCertificate:
+        bound = self._triangle
+        if bound is None:
+            return self._found(OPEN, "Not every oscillator is stable, and no bound was found within which all are.")
+        if self._is_oscillators:
             return self._found(BOUND, "Every oscillator in the triangle is stable.", bound=bound)
         return self._searched(bound)
 
@@ -191,15 +206,17 @@ class _Decision:
             return self._oscillating(self.undamped)
         return self._found(BOUND, "Undamped modes decouple, and each is stable within the bound.", bound=(W, None))
 
+    @cached_property
+    def _oscillators(self) -> DampingCertificate:
+        return certify_all_damping(self.scheme, **self.parameters.parameters)
+
     @property
     def _unstable(self) -> Certificate | None:
         """The certificate of an oscillator that refutes: undamped at every step, or, if it is stable there, damped."""
         if not self.undamped.stable:
             return None if _below(self.undamped.proof) else self.undamped
-        if certify_all_damping(self.scheme, **self.parameters.parameters).stable_for_all_xi:
-            return None
-        stretches = certify_all_damping(self.scheme, **self.parameters.parameters).survey.stretches
-        return next((s.certificate for s in stretches if s.certificate is not None and not s.certificate.stable), None)
+        stretches = (s.certificate for s in self._oscillators.survey.stretches)
+        return next((found for found in stretches if found is not None and not found.stable), None)
 
     def _oscillating(self, found: Certificate) -> StructuresCertificate:
         """Refuted by one oscillator, at a rational Omega (or Omega^2) where its certificate says so."""
