@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from declared_steps import constants
 from structure_steps import Blocks, random_structures
-from substep_derive import Energy, NoEnergy, certify
+from substep_derive import Balance, DeclarationError, Energy, NoEnergy, Scheme, certify
 from substep_derive.declare.catalogue import find
 from substep_derive.declare.parameter_set import ParameterSet
 from substep_derive.declare.schemes import ALL
-from substep_derive.declare.symbols import Omega, xi
+from substep_derive.declare.symbols import K0, C, M, Omega, h, knot, xi
 from substep_derive.stability.structure_form import MultiStepForm, Rows
 from substep_derive.stability.structure_multiplier import Multiplier, pencil
 from substep_thesis.generated.facts import NEWMARK_SETS, SPLITS
@@ -163,3 +163,14 @@ def test_the_command_line_has_structures() -> None:
     assert "leave it out" in said("bathe", "--xi", "1/20")
     with pytest.raises(ValueError, match="expected no xi for structures"):
         certify("bathe", xi="1/20", structures=True)
+
+
+def test_coefficients_that_no_theorem_is_made_for_are_refused() -> None:
+    (u0, v0, a0), (u1, v1, a1) = knot(0), knot(1)
+    own = Scheme(
+        "own",
+        relations={u1: u0 + h * v0 + h**2 * K0 * C / (M**2 + K0 * C) * a0, v1: v0 + h * a1},
+        balances=(Balance.at(knot(1), 1),),
+    )
+    with pytest.raises(DeclarationError, match="own on every structure: expected coefficients that are numbers or e_1"):
+        certify(own, structures=True)

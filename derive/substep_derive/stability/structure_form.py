@@ -19,6 +19,7 @@ from sympy import QQ, Expr, Poly, Symbol, cancel, fraction
 from ..algebra import rational
 from ..algebra.algebraic import Field
 from ..algebra.points import RationalPoint, positive_roots, ring_over, simplest_between
+from ..declare.errors import DeclarationError
 from ..declare.parameter_set import ParameterSet
 from ..declare.symbols import K0, C, M, N, N_discrete, Omega, h, kind_of, knot, knot_of, lam, lattice, z
 from ..step.step import Step
@@ -33,7 +34,7 @@ class Rows:
 
     relations: one row each. balances: for each the rows that M, C and K multiply. Coefficients e_1 + e_2 D^-1 M of
     accelerations, with D a sum of positive multiples of M, C and K as in KR-alpha, become numbers with a = M^-1 D w:
-    D^-1 M a = w, and M (e_1 + e_2 D^-1 M) a = e_1 D w + e_2 M w. Raises ValueError for other matrices in coefficients.
+    D^-1 M a = w, and M (e_1 + e_2 D^-1 M) a = e_1 D w + e_2 M w. Raises DeclarationError for other coefficients.
     """
 
     def __init__(self, parameters: ParameterSet) -> None:
@@ -48,14 +49,20 @@ class Rows:
         own = next((d for d in dens if d.has(*MATRICES)), None)
         self.D = None if own is None else [self._number(own.diff(matrix)) for matrix in MATRICES]
         if self.D and any(self.field.sign(d * self.D[0]) < bool(k == 0) for k, d in enumerate(self.D)):
-            raise ValueError(f"a denominator {own} that is not positive")
+            raise self._refused(own)
         self.relations = [self._relation(e) for e in given[: len(scheme.relations)]]
         self.balances = [self._balance(*parts) for parts in ((b.inertia, b.damping, b.force) for b in scheme.balances)]
+
+    def _refused(self, e: object) -> DeclarationError:
+        return DeclarationError(
+            f"{self.step.scheme.name} on every structure: expected coefficients that are numbers or e_1 + e_2 D^-1 M of "
+            f"accelerations with one sum D of positive multiples of M, C and K, got {e}; certify it on oscillators"
+        )
 
     def _number(self, e: Expr) -> Any:
         value = cancel(e.subs(self.values))
         if value.has(*MATRICES):
-            raise ValueError(f"matrices in {e}")
+            raise self._refused(e)
         return self.field.number(value)
 
     def _parts(self, s: Symbol, e: Expr) -> tuple[Any, Any]:
@@ -69,7 +76,7 @@ class Rows:
         e1 = next(part / d for part, d in zip(others, self.D[1:], strict=True) if d)
         e2 = m - e1 * self.D[0]
         if any(part != e1 * d for part, d in zip(others, self.D[1:], strict=True)) or kind_of(s) != 2:
-            raise ValueError(f"a coefficient {slope}")
+            raise self._refused(slope)
         return e1, e2
 
     def _relation(self, e: Expr) -> Row:
@@ -77,7 +84,7 @@ class Rows:
         for s in (s for s in self.symbols if e.has(s)):
             e1, e2 = self._parts(s, e)
             if self.D is not None and kind_of(s) == 2 and e1:
-                raise ValueError(f"{s} without a quotient of matrices")
+                raise self._refused(e)
             found[s] = e2 if self.D is not None and kind_of(s) == 2 else e1
         return found
 
@@ -122,7 +129,7 @@ class BalanceForm:
             return None
         x = dict(zip(rows.symbols, kernel[0], strict=True))
         sums = [sum((c * x[s] for s, c in _over(over, row).items()), over.zero) for row in rows.balances[0]]
-        polys = [_poly(e, lam) for e in _cleared(over, [*kernel[0], *sums])[-3:]]
+        polys = [_poly(e, lam) for e in cleared(over, [*kernel[0], *sums])[-3:]]
         degrees = [(p.degree(), min(m[0] for m in p.monoms())) for p in polys if p]
         if max(d for d, _ in degrees) - min(low for _, low in degrees) != live:
             return None
@@ -158,7 +165,7 @@ class OperatorForm:
         if found is None or found[1]:
             return None
         r = powers | dict(zip(step.unknowns, found[0], strict=True))
-        over_one_den = dict(zip(r, _cleared(over, [*r.values()]), strict=True))
+        over_one_den = dict(zip(r, cleared(over, [*r.values()]), strict=True))
         left = [
             sum((c.numer.quo_ground(c.denom.LC) * over_one_den[s] for s, c in row.items()), over.field.ring.zero)
             for row in equations
@@ -248,7 +255,7 @@ def _over(over: Any, row: Row) -> Row:
     return {s: over.field.ground_new(c) for s, c in row.items()}
 
 
-def _cleared(over: Any, values: Sequence[Any]) -> list[Any]:
+def cleared(over: Any, values: Sequence[Any]) -> list[Any]:
     """Polynomials: the rational functions times a common denominator."""
     den = over.one
     for e in values:

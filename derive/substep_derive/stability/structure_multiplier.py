@@ -1,4 +1,4 @@
-"""Steps of two balances -> a proof for every structure by a multiplier with a memory of one step.
+"""Steps of two balances -> a proof for every structure by a multiplier with a memory of some steps.
 
 A motion x_(n+1) = lambda x_n makes every symbol of the step a combination of two vectors X, and the balances become
 (A(lambda) x M + B(lambda) x C + D(lambda) x K) X = 0, with 2 x 2 matrices and x Kronecker's product; B X are the
@@ -31,7 +31,7 @@ from ..algebra.points import RationalPoint, positive_roots, ring_over
 from ..declare.symbols import Omega, knot, lam
 from ..step.times import passed
 from .hurwitz import Verdict, bilinear, verdict
-from .structure_form import Rows
+from .structure_form import Rows, cleared
 from .structure_growth import step_matrix
 
 Laurent = dict[int, Fraction]  # power of lambda -> coefficient
@@ -142,12 +142,7 @@ def pencil(rows: Rows) -> tuple[Square, Square, Square] | None:
     _, kernel = rational.affine_solutions(matrix, [over.zero] * len(matrix), len(symbols), over) or (None, [])
     if len(kernel) != 2:
         return None
-    columns = []
-    for vector in kernel:
-        den = over.one
-        for e in vector:
-            den *= over.field.new((e * den).denom)
-        columns.append({s: _laurent((e * den).numer) for s, e in zip(symbols, vector, strict=True)})
+    columns = [dict(zip(symbols, map(_laurent, cleared(over, vector)), strict=True)) for vector in kernel]
     parts = [
         [[_combined((c, column[s]) for s, c in balance[k].items()) for column in columns] for balance in rows.balances]
         for k in range(3)

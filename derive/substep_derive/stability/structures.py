@@ -36,7 +36,7 @@ from ..declare.symbols import Omega, xi
 from .all_damping import DampingCertificate, certify_all_damping
 from .certificate import Certificate, Proof, certificate
 from .certificate import certify as of_oscillators
-from .hurwitz import Parts, Spectrum, Verdict, bilinear, tidy
+from .hurwitz import Parts, Spectrum, Verdict, bilinear, tidy, verdict
 from .structure_form import BalanceForm, MultiStepForm, OperatorForm, Rows
 from .structure_growth import Structure, as_text, candidates, growing, oscillator, where
 from .structure_multiplier import Multiplier
@@ -166,6 +166,10 @@ class _Decision:
         unstable = self._unstable
         if unstable is not None:
             return self._oscillating(unstable)
+        if not self._moves_freely:
+            return self._found(
+                OPEN, "An oscillator that moves freely has an eigenvalue that is not stable beside 1, 1."
+            )
         every = self.undamped.stable and self._oscillators.stable_for_all_xi and _everywhere(self._without_stiffness)
         return self._whatever_step if every else self._within_bound
 
@@ -263,6 +267,16 @@ class _Decision:
             p = p[1:]
         p = tidy(p, self.field)
         return Proof.of_spectrum(Spectrum(self.parameters, ring, False, ring.one, p, tidy(bilinear(p), self.field)))
+
+    @property
+    def _moves_freely(self) -> bool:
+        """Whether without stiffness and damping the eigenvalues are 1, 1 and others that are stable."""
+        ring = ring_over(self.field, Omega)
+        p = [ring.ground_new(e.coeff(1)) for e in self.spectrum.p]
+        while p and not p[0]:
+            p = p[1:]
+        h = bilinear(p) if p else []
+        return len(h) > 2 and not any(h[:2]) and verdict(h[2:], RationalPoint(self.field, QQ(0))).stable
 
     @cached_property
     def _triangle(self) -> Limits | None:
