@@ -55,8 +55,8 @@ class Rows:
 
     def _refused(self, e: object) -> DeclarationError:
         return DeclarationError(
-            f"{self.step.scheme.name} on every structure: expected coefficients that are numbers or e_1 + e_2 D^-1 M of "
-            f"accelerations with one sum D of positive multiples of M, C and K, got {e}; certify it on oscillators"
+            f"{self.step.scheme.name} on every structure: expected coefficients that are numbers or e_1 + e_2 D^-1 M "
+            f"of accelerations with one sum D of positive multiples of M, C, K, got {e}; certify it on oscillators"
         )
 
     def _number(self, e: Expr) -> Any:
