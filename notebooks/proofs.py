@@ -99,8 +99,8 @@ assert certify("central_difference_lagged", structures=True).bound == (4, 2)
 # **Theorem C.** If for every $\lambda \ne 1$ on the unit circle some $S(\lambda)$ makes $SA$, $SB$, $SD$ accretive and
 # $SA$ strictly so, no structure with $K > 0$ has an eigenvalue on the circle, and so none outside. *Proof.* The real
 # part of $X^* (S \otimes I)(\ldots) X = 0$ is a sum of three terms that are not negative. $\square$ By duality it is
-# necessary as well: else Hermitian $P, Q, R \ge 0$ with $A P + B Q + D R = 0$, or limits of such, are a structure of four
-# real degrees of freedom with the eigenvalue $\lambda$.
+# necessary as well: else Hermitian $P, Q, R \ge 0$ with $A P + B Q + D R = 0$, or limits of such, are a structure of
+# four real degrees of freedom with the eigenvalue $\lambda$.
 #
 # An $S = B^* H$ with a Laurent polynomial $H$ of low degree is found and verified by algebra, as here; drawn are the
 # least eigenvalues of the three Hermitian parts over their largest.

@@ -8,9 +8,9 @@ of three terms that are not negative, so that X = 0: no structure has an eigenva
 K > 0. Structures with K > 0 are connected and one of them has all eigenvalues inside, so that all have; where K is
 singular none is outside, as a limit.
 
-Conversely, by duality, where there is no S there are Hermitian P, Q, R, none negative, with A P + B Q + D R = 0, or they
-are limits of such: with P > 0 their conjugates as M, h C, h^2 K are two complex, that is four real degrees of freedom
-with the eigenvalue lambda. So larger structures show nothing that four degrees of freedom do not.
+Conversely, by duality, where there is no S there are Hermitian P, Q, R, none negative, with A P + B Q + D R = 0, or
+limits of such: with P > 0 their conjugates as M, h C, h^2 K are two complex, that is four real degrees of freedom with
+the eigenvalue lambda. So larger structures show nothing that four degrees of freedom do not.
 
 Taken is S = B* H with H = [[1, w], [w*, 1]] + sum over j of k^j [[a_j, c_j], [c_j, b_j]], w = -(1 - tau) - tau/lambda +
 d k (lambda - 1/lambda)/2, k = 1 - (lambda + 1/lambda)/2, and tau the time between the balances over h: these are
