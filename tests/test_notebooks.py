@@ -10,6 +10,7 @@ import pytest
 from matplotlib import rc_context
 
 NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.py"))
+LONG = ("where_methods_fail", "where_contact_fails", "proofs")
 PLAIN = ("chosen_steps",)  # march so few steps with so many kernels that plain Python is done before these are compiled
 
 
@@ -19,8 +20,8 @@ def test_there_are_notebooks() -> None:
 
 
 @pytest.mark.parametrize(
-    "path",  # two compile schemes for a quarter of a minute and more: left to `make verify`
-    [pytest.param(p, marks=[pytest.mark.thorough] * p.stem.startswith("where_")) for p in NOTEBOOKS],
+    "path",  # two compile schemes for long, one proves for some seconds: left to `make verify`
+    [pytest.param(p, marks=[pytest.mark.thorough] * (p.stem in LONG)) for p in NOTEBOOKS],
     ids=lambda path: path.stem,
 )
 def test_notebook(path: Path) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 import manual
 import pytest
 from declared import BY_NAME, NAMES
-from manual import ledger, markdown, notebooks, picture, reference, scenes, schemes
+from manual import ledger, markdown, notebooks, picture, reference, scenes, schemes, structures
 from manual.declarations import declaration
 from matplotlib.figure import Figure
 from plain_kernels import SCENE_BY_NAME
@@ -45,7 +45,7 @@ def test_every_page_is_in_the_table_of_contents_and_every_entry_is_a_page() -> N
     assert {entry for entry in entries if not entry.startswith("generated/")} == written
     made = {f"generated/{kind}/index" for kind in ("schemes", "scenes", "reference")}
     assert {entry for entry in entries if entry.startswith("generated/")} == made | {
-        "generated/claims", "generated/notebooks/*",
+        "generated/claims", "generated/structures_proved", "generated/notebooks/*",
     }  # fmt: skip
 
 
@@ -58,7 +58,7 @@ def links(page: Path) -> set[str]:
 
 @pytest.mark.parametrize("page", [*ROOT.glob("*.md"), *DOCS.glob("*.md")], ids=lambda page: page.name)
 def test_every_link_leads_to_a_page(page: Path) -> None:
-    kinds = (schemes, scenes, reference, ledger)
+    kinds = (schemes, scenes, reference, ledger, structures)
     made = {f"generated/{name}.md" for kind in kinds for name in kind.pages()}
     assert {x for x in links(page) if x not in made and not (page.parent / x).exists()} == set()
 
@@ -130,6 +130,15 @@ def test_a_scheme_page_holds_closed_forms_and_the_proof(tmp_path: Path, monkeypa
     assert "schemes/newmark.py <../../../generated/substep_kernels/schemes/newmark.py>" in text
     assert f"```c\n{standalone('newmark', 'c')}```\n" in text
     assert (tmp_path / "newmark.svg").exists()
+
+
+def test_the_page_on_structures_has_verdict_and_energy(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ss, "schemes", lambda: ["central_difference", "oalts", "wilson_theta"])
+    text = structures.page()
+    assert r"proved under a bound: h^2 K \< 4 M" in text
+    assert r"$(- \frac{\Omega^{4}}{4} + \Omega^{2})\,u^2 + (hv)^2$ | $1$ |" in text
+    assert "| [oalts](schemes/oalts.md) | proved |" in text
+    assert "the spurious root" in text
 
 
 def test_a_formula_too_long_to_be_read_is_left_to_the_command_line() -> None:

@@ -16,7 +16,9 @@ from .declare.symbols import K0, C, K_t, M, N, N_discrete, Omega, acceleration, 
 from .declare.tableau import nystrom, tableau
 from .estimate.analysis import NoEstimator
 from .estimate.estimator import Estimate, Estimator, estimator
-from .stability.certificate import Certificate, certify
+from .oscillator.energy import Energy, NoEnergy
+from .stability.certificate import Certificate
+from .stability.structures import StructuresCertificate, certify
 from .study.derivation import Derivation, derive
 
 __all__ = [
@@ -30,6 +32,7 @@ __all__ = [
     "DeclarationError",
     "Derivation",
     "Element",
+    "Energy",
     "ErrorTerm",
     "Estimate",
     "Estimator",
@@ -42,6 +45,7 @@ __all__ = [
     "M",
     "N",
     "N_discrete",
+    "NoEnergy",
     "NoEstimator",
     "Omega",
     "Parameter",
@@ -50,6 +54,7 @@ __all__ = [
     "Root",
     "Scene",
     "Scheme",
+    "StructuresCertificate",
     "acceleration",
     "before",
     "certify",

@@ -58,6 +58,18 @@ class ParameterSet:
         field = self.field if numbers.found is self.field.r else Field(numbers.found)
         return replace(self, damping=number, field=field)
 
+    def public(self, value: Expr) -> Rational | Algebraic:
+        """A number of the field as users meet it."""
+        if isinstance(value, Rational):
+            return value
+        assert self.field.r is not None
+        return Algebraic(self.field.r.coefficients, self.field.r.interval, value)
+
+    @property
+    def parameters(self) -> dict[str, Rational | Algebraic]:
+        """Name -> value, as users meet it."""
+        return {s.name: self.public(self.values[s]) for s in self.scheme.values}
+
     @property
     def title(self) -> str:
         """One line: the scheme, the values, and the definition of r if a value depends on it."""

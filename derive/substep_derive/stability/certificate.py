@@ -50,10 +50,14 @@ class Proof:
     @classmethod
     def of(cls, parameter_set: ParameterSet, *, in_square: bool = True) -> "Proof":
         """The proof. Raises DeclarationError where the equations of the step are dependent for every Omega."""
-        spectrum = Spectrum.of(parameter_set, in_square=in_square)
+        return cls.of_spectrum(Spectrum.of(parameter_set, in_square=in_square))
+
+    @classmethod
+    def of_spectrum(cls, spectrum: Spectrum) -> "Proof":
+        """The proof for a characteristic polynomial in one variable, which need not be Omega."""
         parts = Parts.of(spectrum)
         boundaries = [b for test in parts.tests for b in test.boundaries]
-        field, ring = parameter_set.field, spectrum.ring
+        field, ring = spectrum.parameter_set.field, spectrum.ring
         roots = positive_roots(field, [b for b in [*boundaries, spectrum.common] if b], ring)
         pieces = []
         for low, high in zip([None, *roots], [*roots, None], strict=True):
@@ -136,18 +140,11 @@ def certificate(parameter_set: ParameterSet, *, in_square: bool = True) -> Certi
     runs, intervals = proof.runs(), proof.intervals()
     from_zero = bool(runs) and runs[0][0] is proof.pieces[0]
     critical = intervals[0][1] if from_zero else Integer(0)
-    r = parameter_set.field.r
-
-    def public(value: Expr) -> Rational | Algebraic:
-        if isinstance(value, Rational):
-            return value
-        assert r is not None
-        return Algebraic(r.coefficients, r.interval, value)
-
+    assert parameter_set.damping is not None
     return Certificate(
         scheme=parameter_set.scheme.name,
-        parameters={s.name: public(parameter_set.values[s]) for s in parameter_set.scheme.values},
-        xi=public(parameter_set.damping),
+        parameters=parameter_set.parameters,
+        xi=parameter_set.public(parameter_set.damping),
         stable=from_zero and len(runs[0]) == len(proof.pieces),
         intervals=intervals,
         critical_Omega=None if critical is oo else critical,

@@ -4,12 +4,13 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
-from sympy import Add, Expr, Integer, Mul, Symbol, factor, fraction, latex, together
+from sympy import Add, Expr, Integer, Mul, Symbol, cancel, factor, fraction, latex, together
 from sympy.printing.mathml import mathml
 
 from ..declare.errors import DeclarationError
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, mu, xi
+from ..oscillator.energy import NoEnergy, spurious
 from ..oscillator.spectrum import limit_polynomial
 from ..stability.paper import PRINTER, as_in_paper, in_powers
 from .derivation import Derivation, derive
@@ -117,6 +118,31 @@ def _spectrum(d: Derivation) -> Iterator[ClosedForm]:
         yield ClosedForm("spectrum", "rho_inf = largest |lambda| of 0", factor(limit.as_expr()))
 
 
+def _energy(d: Derivation) -> Iterator[ClosedForm]:
+    section = "own energy E of a free step"
+    try:
+        found = d.energy
+    except NoEnergy as error:
+        yield ClosedForm(section, "none in closed form", str(error))
+        return
+    if found.third == 0:
+        yield ClosedForm(section, "E", f"x^T P x for x = ({', '.join(found.state)})")
+        for i, j in ((0, 0), (0, 1), (1, 1)):
+            yield ClosedForm(section, f"P_{i + 1}{j + 1}", in_powers(found.form[i, j], Omega, d.scheme))
+        name = "E_1/E_0 = det A"
+    else:
+        yield ClosedForm(
+            section, "E", "w_1^2 - t w_0 w_1 + d w_0^2 with w_0 = u_1 - lambda_s u_0, w_1 = u_2 - lambda_s u_1"
+        )
+        yield ClosedForm(section, "lambda_s is the real root of", in_powers(found.third, spurious, d.scheme))
+        yield ClosedForm(section, "t", cancel(-2 * found.form[0, 1]))
+        name = "d = E_1/E_0"
+    yield ClosedForm(section, name, as_in_paper(found.ratio, d.scheme))
+    if found.ratio.has(xi):
+        yield ClosedForm(section, f"{name} at xi = 0", as_in_paper(found.undamped[1], d.scheme))
+    yield ClosedForm(section, "with a load", "E_1 = (E_1/E_0) E_0 + (x_1 + A x_0)^T P B h^2 f")
+
+
 def _load(d: Derivation) -> Iterator[ClosedForm]:
     for k, tau in enumerate(d.stencil):
         for i, label in enumerate(d.state):
@@ -160,6 +186,7 @@ PARTS: Mapping[str, Callable[[Derivation], Iterator[ClosedForm]]] = {
     "stiffness": _stiffness,
     "amplification": _amplification,
     "spectrum": _spectrum,
+    "energy": _energy,
     "load": _load,
     "series": _series,
     "nonlinear": _nonlinear,

@@ -18,6 +18,7 @@ from ..motion.effective import EffectiveSystem, effective_systems
 from ..nonlinear.properties import Nonlinear, nonlinear
 from ..oscillator.accuracy import LeadingTerms, leading_terms
 from ..oscillator.amplification import Amplification
+from ..oscillator.energy import Energy
 from ..oscillator.evaluation import Evaluation
 from ..oscillator.order import Triple, dampings_of, order_of
 from ..oscillator.spectrum import rho_infinity
@@ -99,6 +100,11 @@ class Derivation:
     def series(self) -> LeadingTerms:
         """Leading terms of numerical damping and period error at small Omega."""
         return leading_terms(self.amplification)
+
+    @cached_property
+    def energy(self) -> Energy:
+        """The scheme's own energy, and what the load and the damping do to it in a step. Raises NoEnergy."""
+        return Energy.of(self.scheme)
 
     @cached_property
     def order(self) -> Triple:

@@ -1,7 +1,7 @@
 """The pages of the site that are not written by hand.
 
 `write` fills docs/generated/, which is not committed: a page for each scheme and scene of the catalogue, the reference
-of all public names, the ledger of claims, and the notebooks. A page is written
+of all public names, the ledger of claims, what is proved on structures, and the notebooks. A page is written
 again only when the digest in its first line no longer fits what it is made from.
 """
 
@@ -26,11 +26,11 @@ def sources_digest() -> str:
 
 def write(folder: Path) -> None:
     """Write all pages into the folder, and take out those of a scheme or a scene that is no longer declared."""
-    from . import ledger, notebooks, reference, scenes, schemes  # noqa: PLC0415 (they import SymPy)
+    from . import ledger, notebooks, reference, scenes, schemes, structures  # noqa: PLC0415 (they import SymPy)
 
     digest = sources_digest()
     pages: dict[str, Callable[[Path], str]] = {}
-    for kind in (schemes, scenes, reference, ledger):
+    for kind in (schemes, scenes, reference, ledger, structures):
         pages |= kind.pages()
     copies = notebooks.copies()
     for path in folder.rglob("*"):

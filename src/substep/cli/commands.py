@@ -122,14 +122,26 @@ def certify(
     context: typer.Context,
     name: SchemeArgument,
     xi: Annotated[str, typer.Option(help="damping ratio, exact: 0, 1/20 or 0.05")] = "0",
+    structures: Annotated[bool, typer.Option("--structures", help="on every M > 0, C >= 0, K >= 0")] = False,
 ) -> None:
-    """Prove for which Ω a scheme is stable. Parameters follow as exact numbers: --gamma-t 1/5 --beta 0.3025."""
-    from ..derived.facade import certificate  # noqa: PLC0415
+    """Prove for which Ω a scheme is stable. Parameters follow as exact numbers: --gamma-t 1/5 --beta 0.3025.
+
+    With --structures, whether it is on every structure, whatever its damping: proved, proved under a bound, refuted by
+    matrices on which it grows, or open.
+    """
+    from ..derived.facade import certificate, structures_certificate  # noqa: PLC0415
 
     try:
         with working(f"certifying {name}"):
             numbers(context.args)  # whose errors name the option
             source, given = source_of(name, exact_options(context.args))
+            if structures and xi != "0":
+                raise ValueError(
+                    f"expected no --xi with --structures, whose matrix C holds all damping, got {xi}; leave it out"
+                )
+            if structures:
+                print(folded(structures_certificate(source, **given).text))
+                return
             found = certificate(source, xi=xi, **given)
     except (ValueError, TypeError) as error:
         raise typer.BadParameter(str(error)) from error

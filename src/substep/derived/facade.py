@@ -13,7 +13,7 @@ from substep_kernels.estimators import ESTIMATORS
 from substep_kernels.facts import CATALOGUE
 
 if TYPE_CHECKING:
-    from substep_derive import Certificate, Derivation, Estimator
+    from substep_derive import Certificate, Derivation, Estimator, StructuresCertificate
     from substep_derive import Scheme as Declaration
     from substep_derive.stability.conditions import Conditions
     from substep_derive.study.closed_forms import ClosedForm
@@ -25,6 +25,13 @@ def certificate(name: "str | Declaration", xi: Any = 0, **parameters: Any) -> "C
     from substep_derive import certify  # noqa: PLC0415
 
     return certify(name, xi=xi, **parameters)
+
+
+def structures_certificate(name: "str | Declaration", **parameters: Any) -> "StructuresCertificate":
+    """Whether it is stable on every structure: see `substep_derive.certify`."""
+    from substep_derive import certify  # noqa: PLC0415
+
+    return certify(name, structures=True, **parameters)
 
 
 def conditions(name: "str | Declaration") -> "Conditions":

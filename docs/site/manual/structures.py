@@ -1,0 +1,67 @@
+"""A page on what is proved of each scheme for every structure, and the energy that it has of its own."""
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+from substep_derive import Energy, NoEnergy, StructuresCertificate, certify
+from substep_derive.declare.catalogue import find
+from substep_derive.stability.structures import bound_text
+from sympy import latex
+
+import substep as ss
+
+from .markdown import code, plain, table
+
+LONGEST = 160  # characters of LaTeX in a cell
+HEADER = ("scheme", "every structure", "because", "own energy at ξ = 0", "its ratio a step")
+
+
+def pages() -> dict[str, Callable[[Path], str]]:
+    """Name of a page -> its text."""
+    return {"structures_proved": lambda _: page()}
+
+
+@cache
+def decided(name: str) -> StructuresCertificate:
+    """The certificate at the default parameters."""
+    return certify(name, structures=True)
+
+
+def page() -> str:
+    """One row for each scheme of the catalogue, at its default parameters."""
+    rows = [[f"[{name}](schemes/{name}.md)", *_decision(decided(name)), *_energy(name)] for name in ss.schemes()]
+    others = code("substep certify NAME --structures")
+    more = code("substep show NAME --part energy")
+    return "\n".join(
+        [
+            "# Every structure, and the scheme's own energy", "",
+            "Whether a scheme is stable for all M > 0, C ≥ 0 not proportional and K ≥ 0 of any size, at its",
+            f"default parameters, by exact algebra; {others} has the argument, and other parameters.",
+            "The own energy is a form in (u, h v) that an undamped step multiplies by one number, derived with free",
+            f"parameters; {more} has it with damping and load.", "",
+            *table(HEADER, rows),
+        ]
+    )  # fmt: skip
+
+
+def _decision(found: StructuresCertificate) -> list[str]:
+    bound = "" if found.bound is None else f": {plain(bound_text(found.bound))}"
+    return [found.verdict + bound, plain(found.argument.partition(". ")[0].rstrip(".") + ".")]
+
+
+def _energy(name: str) -> list[str]:
+    try:
+        found = Energy.of(find(name))
+    except NoEnergy:
+        return ["not in closed form", ""]
+    form, ratio = found.undamped
+    if found.third != 0:
+        return [r"in $u_{n+1} - \lambda_s u_n$, $\lambda_s$ the spurious root", r"$\lambda_1 \lambda_2$"]
+    parts = {r"u^2": form[0, 0], r"u\,hv": 2 * form[0, 1], r"(hv)^2": form[1, 1]}
+    terms = (symbols if e == 1 else rf"({latex(e)})\,{symbols}" for symbols, e in parts.items() if e != 0)
+    return [_cell(" + ".join(terms)), _cell(latex(ratio))]
+
+
+def _cell(text: str) -> str:
+    return f"${text}$" if len(text) < LONGEST else "on its page"
