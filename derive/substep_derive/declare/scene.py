@@ -67,7 +67,7 @@ class Scene:
     load: Mapping[Symbol, Expr] = field(default_factory=dict[Symbol, Expr])
     laws: Mapping[str, Element] = field(default_factory=dict[str, Element])
     constraints: Mapping[str, Expr] = field(default_factory=dict[str, Expr])
-    contacts: Mapping[str, Contact] = field(default_factory=dict[str, Contact])
+    contacts: Mapping[str, Any] = field(default_factory=dict[str, Any])
     frictions: Mapping[str, Friction] = field(default_factory=dict[str, Friction])
     outputs: Mapping[str, Expr] = field(default_factory=dict[str, Expr])
     energy_scale: Expr | None = None

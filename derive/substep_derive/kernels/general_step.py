@@ -131,7 +131,7 @@ def _iterated(
         s, velocity = moved(Step.of(w.scheme), at.stage)
         c_u, where = reach.get(s, Integer(0)), w.components(s)
         speed = at.in_z(velocity) if by_velocity(w.motion) else zeros(w.size, 1)
-        c_v = speed[0].diff(z[0])
+        c_v: Expr = Integer(0) + speed[0].diff(z[0])
         if c_v != 0:
             speed = named("v", speed, "held")
             vectors.append((speed, c_v))

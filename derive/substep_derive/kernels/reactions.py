@@ -111,7 +111,7 @@ def joined(
         below += Matrix([[slope(e, s) for s in names] for e in more]) * rate
     whole = Matrix([*residual, *more])
     by_reactions = Matrix([[slope(e, s) for s in w.unknown] for e in whole])
-    return whole, Matrix.hstack(Matrix.vstack(jacobian, below), by_reactions)
+    return whole, Matrix.hstack(Matrix([*jacobian.tolist(), *below.tolist()]), by_reactions)
 
 
 def _rows(w: Writer, k: int, stage: Stage, u: Moving, v: Moving) -> Matrix:
@@ -163,7 +163,8 @@ def kept(w: Writer, step: Step) -> tuple[Mapping[Symbol, Symbol], Assignments, M
     scene, found = w.motion.scene, Assignments()
     if not w.strengths:
         return {}, found, w.latest
-    wanted = {successor(s) for s in step.state} | {e for e in step.outputs[2:] if e.is_Symbol}
+    own = {s for e in step.outputs[2:] if e.is_Symbol for s in e.free_symbols}
+    wanted = {successor(s) for s in step.state} | own
     names = {
         s: Symbol(f"a_*free{(knot_of(s) or ('', ''))[1]}")
         for s in sorted(wanted, key=str)
