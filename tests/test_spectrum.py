@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from declared import BY_NAME, UNDAMPED
+from declared import OWN, UNDAMPED
 from mpmath import mp
 from plain_kernels import uncompiled as plain
 from scipy.integrate import solve_ivp
@@ -26,7 +26,6 @@ from substep.marching.linear import march_linear
 Array = np.ndarray
 GENERATED = Path(__file__).parents[1] / "generated" / "substep_kernels"
 DT = 0.01
-OWN = [name for name, s in BY_NAME.items() if s.parent is None]
 
 
 @cache

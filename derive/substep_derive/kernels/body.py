@@ -112,13 +112,13 @@ class Body:
         for stage in found:
             make = general_step if motion.general else balance_step
             step = make(w, len(steps), stage, last, wanted)
-            moves = {s for a in stage.balance.force.atoms(N) for s in a.free_symbols}
+            moves = {s for b in stage.balances for a in b.force.atoms(N) for s in a.free_symbols}
             for end in (x for x in ends if motion.memory and x.u in moves and x.u not in w.committed):
                 at = w.instants[end.u]
                 inside = true if end.always else (list(w.committed.values())[-1] < at) & (at < 1)
                 step = replace(step, commits=[*step.commits, *w.commit(end.u, at, inside)])
             steps.append(step)
-            last = next(iter(stage.moved), last)
+            last = (stage.moved_by(-1) or [last])[-1]
         oldest_first = sorted(near.state, key=steps_back, reverse=True)
         shift = [both for s in oldest_first for both in assign(w.components(s), w.components(successor(s)))]
         report, assigned = _reported(w, outputs)
@@ -130,8 +130,8 @@ class Body:
         energy = w.hoist(motion.energy.subs({**at, **remembered, t: w.instant(Integer(1))}, simultaneous=True))
         estimates = [w.vector(e) for e in errors]
         for stage, step in list(zip(found, steps, strict=True))[::-1]:
-            if stage.c_u != 0:  # the last implicit balance
-                estimates = [step.filtered(e) for e in estimates]
+            if stage.moved:  # the last implicit balance, whose effective mass filters, if it has one of its own
+                estimates = [step.filtered(e) for e in estimates] if stage.alone else estimates
                 break
         estimates = tuple(w.hoisted(e) for e in estimates)
         start = _start(scheme, motion) if scheme.start_scheme is None else None
@@ -306,7 +306,12 @@ def _multipliers(motion: EquationsOfMotion) -> Matrix:
 def _require_holding(scheme: Scheme) -> None:
     """Raises DeclarationError for a scheme whose reactions do not hold each displacement that it takes forces at."""
     found, step = prescribed(scheme), Step.of(scheme)
-    if any(stage.c_u == 0 for stage in step.stages):
+    if not all(stage.alone for stage in step.stages):
+        raise DeclarationError(
+            f"{scheme.name} solves balances together: expected balances that are solved one after the other on a scene "
+            "with constraints or contacts; take another scheme, or a scene without"
+        )
+    if any(not stage.moved_by(k) for stage in step.stages for k, _ in enumerate(stage.z)):
         raise DeclarationError(
             f"{scheme.name} is explicit: expected each balance to move the displacement that it takes the force at, so "
             "that its reaction holds a constraint there; take an implicit scheme, or a scene without constraints"
@@ -324,9 +329,9 @@ def _wanted(
     """Symbols of the new step that a balance, the next step or the report reads; damped: the scene has damping."""
     wanted = {s for e in outputs for s in e.free_symbols} | {successor(s) for s in scheme.state}
     for stage in found:
-        own, balance = {*stage.in_z, stage.z}, stage.balance
-        read = {s for e in (*stage.in_z.values(), balance.inertia, balance.force) for s in e.free_symbols}
-        read |= balance.damping.free_symbols if damped else set()
+        own = {*stage.in_z, *stage.z}
+        taken = [e for b in stage.balances for e in (b.inertia, b.force, *([b.damping] if damped else []))]
+        read = {s for e in (*stage.in_z.values(), *taken) for s in e.free_symbols}
         wanted |= {s for s in read - own if knot_of(s)}
     for e in prior.values():
         wanted |= {s for s in e.free_symbols if knot_of(s)}

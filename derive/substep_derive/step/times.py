@@ -40,8 +40,8 @@ def sub_step_ends(step: Step) -> Sequence[SubStepEnd]:
 
     A knot does where a balance takes the internal force at it, or at a mixture with it, and it follows the motion to
     second order, as the end of a step does: a uniformly accelerated motion passes through it. Stages of Runge-Kutta
-    that do not are no such ends. Where the balances do not go forward in time, as in compositions with negative
-    sub-steps and in extrapolation, there is none.
+    that do not are no such ends, nor are knots whose balances are solved together with others. Where the balances do
+    not go forward in time, as in compositions with negative sub-steps and in extrapolation, there is none.
 
     Raises DeclarationError for a scheme that takes the force as a discrete gradient, which needs a potential, or at a
     displacement before t_n, where what was remembered then is no longer known.
@@ -61,7 +61,8 @@ def sub_step_ends(step: Step) -> Sequence[SubStepEnd]:
         )
     instants = {s: e for s, e in passed(step).items() if kind_of(s) == 0 and s not in step.state}
     at_typical = {s: e.subs(step.scheme.typical) for s, e in instants.items()}
-    moved = [{s for a in x.balance.force.atoms(N) for s in a.free_symbols if s in instants} for x in step.stages]
+    alone = [x.balances[0] for x in step.stages if x.alone]
+    moved = [{s for a in b.force.atoms(N) for s in a.free_symbols if s in instants} for b in alone]
     reached = [(s, at_typical[s]) for symbols in moved for s in sorted(ordered(symbols), key=at_typical.__getitem__)]
     if any(later < at for (_, at), (_, later) in pairwise(reached)):
         return []

@@ -160,19 +160,19 @@ def _values(scheme: Scheme, module: ModuleType) -> list[float]:
 
 
 def _module(scheme: Scheme) -> ModuleType:
-    """The generated plan; that of a scheme of the user's own is printed on first use."""
+    """The generated plan; one that is not committed is printed on first use."""
     if scheme.info.declaration is None:
-        return _committed(scheme.kernels.NAME)
+        return _in_catalogue(scheme.kernels.NAME)
     from ...derived.modules import own_plan_module  # noqa: PLC0415 (the one door to SymPy)
 
     return own_plan_module(scheme.info.declaration)
 
 
 @cache
-def _committed(name: str) -> ModuleType:
-    module = committed(f"plans.{name}")
-    assert module is not None  # every scheme of the index has one
-    return module
+def _in_catalogue(name: str) -> ModuleType:
+    from ...derived.modules import plan_module  # noqa: PLC0415 (the one door to SymPy)
+
+    return committed(f"plans.{name}") or plan_module(name)
 
 
 def _steps(

@@ -1,0 +1,136 @@
+"""Schemes that reviews and programs name beside those of the thesis."""
+
+from sympy import Integer, Interval, Rational, Symbol, oo
+
+from ..parameter import Parameter
+from ..published import Published
+from ..scheme import Balance, Scheme
+from ..symbols import K0, C, M, N, alpha, beta, f, h, knot, phi
+from .multi_step import average_acceleration, dormand_prince
+
+u0, v0, a0 = knot(0)
+u1, v1, a1 = end = knot(1)
+um, vm, am = knot(-1)
+half = Rational(1, 2)
+
+bdf_alpha = Scheme(
+    "bdf_alpha",
+    parameters=(Parameter(alpha, Interval(-half, 0), Rational(-3, 10)),),
+    relations={
+        one: ((2 + 2 * alpha) * zero - (half + alpha) * before + h * ((1 + alpha) * rate - alpha * rate_before))
+        / (Rational(3, 2) + alpha)
+        for one, zero, before, rate, rate_before in ((u1, u0, um, v1, v0), (v1, v0, vm, a1, a0))
+    },
+    balances=(Balance.at(end, 1),),
+    start=average_acceleration,
+    reference="Celaya & Anza, Procedia Comput. Sci. 18 (2013) 1014-1026",
+    published=Published("Celaya & Anza (2013)", 2, Rational(3, 7), oo),
+)
+
+_D = M + h * C / 2 + h**2 * K0 / 4
+
+chang = Scheme(
+    "chang",
+    relations={u1: u0 + h * (M + h * C / 2) / _D * v0 + h**2 / 2 * M / _D * a0, v1: v0 + h / 2 * (a0 + a1)},
+    balances=(Balance.at(end, 1),),
+    reference="Chang, J. Eng. Mech. ASCE 128 (2002) 935-942",
+    published=Published("Chang (2002)", 2, 1, oo),
+)
+
+chen_ricles = Scheme(
+    "chen_ricles",
+    relations={v1: v0 + h * M / _D * a0, u1: u0 + h * v0 + h**2 * M / _D * a0},
+    balances=(Balance.at(end, 1),),
+    reference="Chen & Ricles, J. Eng. Mech. ASCE 134 (2008) 676-683",
+    published=Published("Chen & Ricles (2008)", None, 1, oo),
+).known_as("cr", "cr_algorithm")
+
+chung_lee = Scheme(
+    "chung_lee",
+    parameters=(Parameter(beta, Interval(1, Rational(28, 27)), Rational(55, 54)),),
+    relations={
+        u1: u0 + h * v0 + h**2 * ((half - beta) * a0 + beta * a1),
+        v1: v0 + h * (3 * a1 - a0) / 2,
+    },
+    balances=(Balance(a1, v0, N(u0), f(0)),),
+    reference="Chung & Lee, Int. J. Numer. Methods Eng. 37 (1994) 3961-3976",
+    published=Published("Chung & Lee (1994)", 2, oo),
+)
+
+_psi = Symbol("psi")
+
+zhai = Scheme(
+    "zhai",
+    parameters=(Parameter(_psi, Interval(0, 1), half), Parameter(phi, Interval(0, 1), half)),
+    relations={
+        u1: u0 + h * v0 + h**2 * ((half + _psi) * a0 - _psi * am),
+        v1: v0 + h * ((1 + phi) * a0 - phi * am),
+    },
+    balances=(Balance.at(end, 1),),
+    start={am: a0},  # with which the first step is the one of psi = phi = 0
+    reference="Zhai, Int. J. Numer. Methods Eng. 39 (1996) 4199-4214",
+    published=Published("Zhai (1996)", 2, oo),
+)
+
+
+def adams_moulton(order: int, start: Scheme) -> Scheme:
+    """The acceleration over a step is the polynomial through the last ones, as many as the order, from a_1 back."""
+    at, s = [knot(1 - k) for k in range(order)], Symbol("s")
+    polynomial: list = []
+    for k in range(order):
+        others = [1 - j for j in range(order) if j != k]
+        term = Integer(1)
+        for place in others:
+            term *= (s - place) / (1 - k - place)
+        polynomial.append(term.expand())
+    once, twice = (
+        sum(
+            (e.integrate((s, 0, 1)) if power == 0 else ((1 - s) * e).expand().integrate((s, 0, 1))) * x.a
+            for e, x in zip(polynomial, at, strict=True)
+        )
+        for power in (0, 1)
+    )
+    return Scheme(
+        f"adams_moulton{order}",
+        relations={u1: u0 + h * v0 + h**2 * twice, v1: v0 + h * once},
+        balances=(Balance.at(end, 1),),
+        start=start,
+        reference="Alamatian, Int. J. Mech. Sci. (2013), of this kind; Hairer, Norsett & Wanner I (1993), III.1",
+        published=Published("Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), III.2", order),
+    )
+
+
+adams_moulton3 = adams_moulton(3, average_acceleration)
+adams_moulton4 = adams_moulton(4, dormand_prince)
+
+_r1, _r2, _r3 = (Symbol(f"rho_{k}") for k in (1, 2, 3))
+_q = (1 + _r1) * (1 + _r2)
+_up, _vp, _ap = knot("p")
+
+
+def gssss(name: str, L1, L2, L5, l3, l5) -> Scheme:
+    """The generalized single step single solve family; Lambda and lambda of Zhou and Tamma by their numbers."""
+    change = a1 - a0
+    L3 = 1 / (_q * (1 + _r3))
+    L6 = (2 + _r1 + _r2 + _r3 - _r1 * _r2 * _r3) / (_q * (1 + _r3))
+    return Scheme(
+        name,
+        parameters=tuple(Parameter(r, Interval(0, 1), half) for r in (_r1, _r2, _r3)),
+        relations={
+            _up: u0 + L1 * h * v0 + L2 * h**2 * a0 + L3 * h**2 * change,
+            _vp: v0 + L1 * h * a0 + L5 * h * change,
+            u1: u0 + h * v0 + h**2 / 2 * a0 + l3 * h**2 * change,
+            v1: v0 + h * a0 + l5 * h * change,
+        },
+        balances=(Balance(a0 + L6 * change, _vp, N(_up), (1 - L1) * f(0) + L1 * f(1)),),
+        reference="Zhou & Tamma, Int. J. Numer. Methods Eng. 59 (2004) 597-668",
+        published=Published("Zhou & Tamma (2004)", 2, half, oo),
+    )
+
+
+_S = 3 + _r1 + _r2 - _r1 * _r2
+_half3 = 1 / (1 + _r3)
+gssss_u0 = gssss("gssss_u0", _S / (2 * _q), 1 / _q, 2 / (_q * (1 + _r3)), _half3 / 2, _half3)
+gssss_v0 = gssss("gssss_v0", _half3, _half3 / 2, _S * _half3 / (2 * _q), 1 / _q, _S / (2 * _q))
+
+ALL = (bdf_alpha, chang, chen_ricles, chung_lee, zhai, adams_moulton3, adams_moulton4, gssss_u0, gssss_v0)
