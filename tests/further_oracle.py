@@ -63,14 +63,6 @@ def chung_lee(s, state, p, f):
     return new, new
 
 
-@scheme("zhai", "u h*v h^2*a h^2*a[-1]", "psi phi")
-def zhai(s, state, p, f):
-    u0, v0, a0, am = state
-    u1, v1 = u0 + v0 + (s.one / 2 + p.psi) * a0 - p.psi * am, v0 + (1 + p.phi) * a0 - p.phi * am
-    new = u1, v1, s.acceleration(u1, v1, f(1))
-    return (*new, a0), new
-
-
 def _adams(name: str, earlier: int, for_v: tuple[int, ...], over_v: int, for_u: tuple[int, ...], over_u: int) -> None:
     labels = " ".join(f"h^2*a[-{k}]" for k in range(1, earlier + 1))
 
@@ -167,11 +159,6 @@ class FurtherSteps:
         s, h, t, u0, v0, a0 = self.now()
         a1 = s.acceleration(u0, v0, t)
         return Row(u0 + h * v0 + h**2 * ((0.5 - p.beta) * a0 + p.beta * a1), v0 + h * (3 * a1 - a0) / 2, a1)
-
-    def zhai(self, p):
-        (s, h, t, u0, v0, a0), am = self.now(), self.rows[-2].a
-        u1, v1 = u0 + h * v0 + h**2 * ((0.5 + p.psi) * a0 - p.psi * am), v0 + h * ((1 + p.phi) * a0 - p.phi * am)
-        return Row(u1, v1, s.acceleration(u1, v1, t + h))
 
     def _adams(self, earlier, for_v, over_v, for_u, over_u):
         (_, h, _, u0, v0, _), before = self.now(), [row.a for row in self.rows[: -earlier - 2 : -1]]

@@ -102,8 +102,6 @@ class Run(FurtherSteps):
             _, gamma, alpha1, _ = self.kr_constants(parameters["rho_inf"])
             self.lag = gamma * h * alpha1
             self.rows = [Row(u, v - self.lag @ a, a)]
-        elif name == "zhai":  # a_{-1} is that at the start
-            self.rows = [given, given]
         elif name == "gholampour":  # a_{-1}, from the differentiated equation of motion; u_{-1}, v_{-1} are not used
             change = s.load(h) - s.load(0.0) - h * (s.damping @ a) - h * (s.tangent(u) @ v)
             self.rows = [Row(u, v, a - solve(s.mass, change)), given]

@@ -90,8 +90,6 @@ def sample_parameters(name: str, rng: Any) -> dict[str, float]:
         return {"delta": float(delta), "alpha_g": float(rng.uniform(delta / 2, delta - 1 / 6))}
     if name == "chung_lee":
         return {"beta": float(rng.uniform(1, 28 / 27))}
-    if name == "zhai":
-        return {"psi": float(rng.uniform(0, 1)), "phi": float(rng.uniform(0, 1))}
     if name == "theta_method":
         return {"theta": float(rng.uniform(0, 1))}
     ranges = {

@@ -9,6 +9,7 @@ from ..declare.errors import DeclarationError
 from ..declare.parameter import Family, Parameter, Root
 from ..declare.scheme import Scheme
 from ..declare.symbols import kind_of, state_label, steps_back
+from ..step.step import Step
 from .printing import KERNEL_PRINTER, fill, literal_tuple, with_banner
 from .templates.scheme import INDEX
 
@@ -50,6 +51,7 @@ def index_entry(scheme: Scheme, loads: int, *, own: bool = False) -> list[str]:
         described["decided"] = "{" + ", ".join(_decided(s, *by) for s, by in scheme.decided.items()) + "}"
     described |= {"synonyms": repr(scheme.synonyms)} if scheme.synonyms else {}
     described |= {} if scheme.takes_damping else {"damping": "False"}
+    described |= {} if all(stage.alone for stage in Step.of(scheme).stages) else {"together": "True"}
     return [f'"{key}": {text},' for key, text in described.items()]
 
 

@@ -13,7 +13,7 @@ from sympy import Expr, Integer, Symbol, cancel, ordered
 from ..algebra.constant import reduced
 from ..declare.errors import DeclarationError
 from ..declare.parameter import positive
-from ..declare.symbols import K_t, N, N_discrete, h, kind_of, steps_back
+from ..declare.symbols import K0, C, K_t, N, N_discrete, h, kind_of, steps_back
 from .step import Step
 
 
@@ -79,6 +79,6 @@ def sub_step_ends(step: Step) -> Sequence[SubStepEnd]:
 
 
 def _followed(step: Step, state: Mapping[Symbol, Expr], acceleration: Expr) -> Mapping[Symbol, Expr]:
-    """The new symbols of a step of length 1 from a state, with this acceleration in each balance."""
-    values = {**state, **dict.fromkeys(step.accelerations, acceleration), h: Integer(1)}
+    """The new symbols of a step of length 1 from a state, with this acceleration in each balance, of a free mass."""
+    values = {**state, **dict.fromkeys(step.accelerations, acceleration), h: Integer(1), C: Integer(0), K0: Integer(0)}
     return {s: reduced(e.subs(values, simultaneous=True)) for s, e in step.solved.items()}

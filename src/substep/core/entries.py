@@ -73,8 +73,9 @@ class SchemeInfo:
     h^2*a, and how many steps before t_n it stands. start, where the state at t = 0 comes from: "given", u, h*v, h^2*a
     are the state; "function", the module's `start` computes it; "scheme", another scheme marches the first steps.
     starter: with "scheme" only, that scheme's name in the catalogue and its parameters; an empty name stands for the
-    declaration's `start_scheme`. damping: whether it takes any; one that does not is for u'' = g(t, u). decided:
-    parameters that another one decides where it is given, and how. declaration: of a scheme of the user's own.
+    declaration's `start_scheme`. damping: whether it takes any; one that does not is for u'' = g(t, u). together:
+    whether balances are solved together, which scenes do and structures do not. decided: parameters that another one
+    decides where it is given, and how. declaration: of a scheme of the user's own.
     """
 
     name: str
@@ -90,6 +91,7 @@ class SchemeInfo:
     starter: tuple[str, Mapping[str, float]] | None = field(compare=False)
     reference: str = field(compare=False)
     damping: bool = field(compare=False)
+    together: bool = field(compare=False)
     decided: Mapping[str, tuple[str, Callable[[Array], Any]]] = field(compare=False)
     declaration: "Declaration | None" = field(compare=False)
 
@@ -120,6 +122,7 @@ class SchemeInfo:
             starter=entry.get("starter"),
             reference=entry["reference"],
             damping=entry.get("damping", True),
+            together=entry.get("together", False),
             decided=MappingProxyType(entry.get("decided", {})),
             declaration=declaration,
         )

@@ -5,12 +5,12 @@ from sympy import Integer, Interval, Rational, Symbol, oo
 from ..parameter import Parameter
 from ..published import Published
 from ..scheme import Balance, Scheme
-from ..symbols import K0, C, M, N, alpha, beta, f, h, knot, phi
+from ..symbols import K0, C, M, N, alpha, beta, f, h, knot
 from .multi_step import average_acceleration, dormand_prince
 
 u0, v0, a0 = knot(0)
 u1, v1, a1 = end = knot(1)
-um, vm, am = knot(-1)
+um, vm, _ = knot(-1)
 half = Rational(1, 2)
 
 bdf_alpha = Scheme(
@@ -55,21 +55,6 @@ chung_lee = Scheme(
     balances=(Balance(a1, v0, N(u0), f(0)),),
     reference="Chung & Lee, Int. J. Numer. Methods Eng. 37 (1994) 3961-3976",
     published=Published("Chung & Lee (1994)", 2, oo),
-)
-
-_psi = Symbol("psi")
-
-zhai = Scheme(
-    "zhai",
-    parameters=(Parameter(_psi, Interval(0, 1), half), Parameter(phi, Interval(0, 1), half)),
-    relations={
-        u1: u0 + h * v0 + h**2 * ((half + _psi) * a0 - _psi * am),
-        v1: v0 + h * ((1 + phi) * a0 - phi * am),
-    },
-    balances=(Balance.at(end, 1),),
-    start={am: a0},  # with which the first step is the one of psi = phi = 0
-    reference="Zhai, Int. J. Numer. Methods Eng. 39 (1996) 4199-4214",
-    published=Published("Zhai (1996)", 2, oo),
 )
 
 
@@ -133,4 +118,4 @@ _half3 = 1 / (1 + _r3)
 gssss_u0 = gssss("gssss_u0", _S / (2 * _q), 1 / _q, 2 / (_q * (1 + _r3)), _half3 / 2, _half3)
 gssss_v0 = gssss("gssss_v0", _half3, _half3 / 2, _S * _half3 / (2 * _q), 1 / _q, _S / (2 * _q))
 
-ALL = (bdf_alpha, chang, chen_ricles, chung_lee, zhai, adams_moulton3, adams_moulton4, gssss_u0, gssss_v0)
+ALL = (bdf_alpha, chang, chen_ricles, chung_lee, adams_moulton3, adams_moulton4, gssss_u0, gssss_v0)

@@ -30,7 +30,8 @@ interval, None and a function for the polynomial's coefficients, from the lowest
 balances and of load instants a step; labels of the state, and history, for each of them (0 for u, 1 for h*v, 2 for
 h^2*a; steps before t_n); reference. Where there are any: families as argument -> (domain, values); fixed, the
 parameters that a member fixes; start, where u, h*v, h^2*a at t = 0 are not the state: "function", the module's `start`
-computes it, or "scheme", another scheme marches the first steps; starter, that scheme's name and parameters.
+computes it, or "scheme", another scheme marches the first steps; starter, that scheme's name and parameters; together:
+True where balances are solved together.
 """
 {imports}
 SCHEMES = {schemes}

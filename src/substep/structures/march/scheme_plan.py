@@ -160,7 +160,15 @@ def _values(scheme: Scheme, module: ModuleType) -> list[float]:
 
 
 def _module(scheme: Scheme) -> ModuleType:
-    """The generated plan; one that is not committed is printed on first use."""
+    """The generated plan; one that is not committed is printed on first use.
+
+    Raises ValueError for a scheme that solves balances together.
+    """
+    if scheme.info.together:
+        raise ValueError(
+            f"{scheme.name} solves its balances together: expected a scheme that solves them one after the other on a "
+            "structure; take one, such as three_substep_third_order, or march it on a scene"
+        )
     if scheme.info.declaration is None:
         return _in_catalogue(scheme.kernels.NAME)
     from ...derived.modules import own_plan_module  # noqa: PLC0415 (the one door to SymPy)
