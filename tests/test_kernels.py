@@ -94,7 +94,7 @@ def test_a_kernel_holds_what_its_scene_needs(scheme: str, scene: str) -> None:
     stored = any(kind == "a" and lag == 0 for kind, lag in plain(scheme, scene).STATE)
     assert stored == (knot(0).a in BY_NAME[scheme].state)
     used = names(function)
-    if len(motion(scene).coordinates) == 1:
+    if len(motion(scene).coordinates) == 1 and scheme not in TOGETHER:
         assert not {n for n in used if n in ("one_over_det", "change_1", "jacobian_01")}
     elif inner and scheme not in TOGETHER:
         assert {"one_over_det", "change_1"} <= names(inner[0])

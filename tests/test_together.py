@@ -89,7 +89,5 @@ def test_it_is_refused_by_name_where_it_has_no_step(name: str) -> None:
     frame = ss.structure(np.eye(2), [[2.0, -1.0], [-1.0, 2.0]], u0=[1.0, 0.0])
     with pytest.raises(ValueError, match=f"{name} solves its balances together: .* on a structure; take one"):
         ss.march(frame, name, dt=0.1, t_end=1.0)
-    with pytest.raises(
-        ValueError, match=f"{name} (solves balances together: .* constraints or contacts|takes no force)"
-    ):
+    with pytest.raises(ValueError, match=f"{name} solves balances together: .* with constraints"):
         ss.march(ss.scene("rod_pendulum"), BY_NAME[name], dt=0.01, t_end=0.1)

@@ -305,13 +305,14 @@ def _multipliers(motion: EquationsOfMotion) -> Matrix:
 
 def _require_holding(scheme: Scheme) -> None:
     """Raises DeclarationError for a scheme whose reactions do not hold each displacement that it takes forces at."""
-    found, step = prescribed(scheme), Step.of(scheme)
+    step = Step.of(scheme)
     if not all(stage.alone for stage in step.stages):
         raise DeclarationError(
             f"{scheme.name} solves balances together: expected balances that are solved one after the other on a scene "
             "with constraints or contacts; take another scheme, or a scene without"
         )
-    if any(not stage.moved_by(k) for stage in step.stages for k, _ in enumerate(stage.z)):
+    found = prescribed(scheme)
+    if not all(stage.moved for stage in step.stages):
         raise DeclarationError(
             f"{scheme.name} is explicit: expected each balance to move the displacement that it takes the force at, so "
             "that its reaction holds a constraint there; take an implicit scheme, or a scene without constraints"
