@@ -63,27 +63,15 @@ def chung_lee(s, state, p, f):
     return new, new
 
 
-def _adams(name: str, earlier: int, for_v: tuple[int, ...], over_v: int, for_u: tuple[int, ...], over_u: int) -> None:
-    labels = " ".join(f"h^2*a[-{k}]" for k in range(1, earlier + 1))
+@scheme("adams_moulton3", "u h*v h^2*a h^2*a[-1]")
+def adams_moulton3(s, state, p, f):
+    u0, v0, a0, am = state
 
-    @scheme(name, f"u h*v h^2*a {labels}")
-    def rule(s, state, p, f):
-        u0, v0, *before = state
+    def end(a1):
+        return u0 + v0 + (3 * a1 + 10 * a0 - am) / 24, v0 + (5 * a1 + 8 * a0 - am) / 12, a1
 
-        def end(a1):
-            v1 = v0 + sum(w * a for w, a in zip(for_v, (a1, *before), strict=True)) / over_v
-            return u0 + v0 + sum(w * a for w, a in zip(for_u, (a1, *before), strict=True)) / over_u, v1, a1
-
-        new = end(root(lambda a: s.residual(*end(a), f(1))))
-        return (*new, *before[:-1]), new
-
-
-ADAMS = {
-    "adams_moulton3": (1, (5, 8, -1), 12, (3, 10, -1), 24),
-    "adams_moulton4": (2, (9, 19, -5, 1), 24, (38, 171, -36, 7), 360),
-}
-for _name, _weights in ADAMS.items():
-    _adams(_name, *_weights)
+    new = end(root(lambda a: s.residual(*end(a), f(1))))
+    return (*new, a0), new
 
 
 def _gssss(name: str, v0_family: bool) -> None:
@@ -160,17 +148,10 @@ class FurtherSteps:
         a1 = s.acceleration(u0, v0, t)
         return Row(u0 + h * v0 + h**2 * ((0.5 - p.beta) * a0 + p.beta * a1), v0 + h * (3 * a1 - a0) / 2, a1)
 
-    def _adams(self, earlier, for_v, over_v, for_u, over_u):
-        (_, h, _, u0, v0, _), before = self.now(), [row.a for row in self.rows[: -earlier - 2 : -1]]
-        known_v = v0 + h * sum(w * a for w, a in zip(for_v[1:], before, strict=True)) / over_v
-        known_u = u0 + h * v0 + h**2 * sum(w * a for w, a in zip(for_u[1:], before, strict=True)) / over_u
-        return self.balance(1, Line(known_u, h**2 * for_u[0] / over_u, known_v, h * for_v[0] / over_v))
-
     def adams_moulton3(self, p):
-        return self._adams(*ADAMS["adams_moulton3"])
-
-    def adams_moulton4(self, p):
-        return self._adams(*ADAMS["adams_moulton4"])
+        (_, h, _, u0, v0, a0), am = self.now(), self.rows[-2].a
+        known_u, known_v = u0 + h * v0 + h**2 * (10 * a0 - am) / 24, v0 + h * (8 * a0 - am) / 12
+        return self.balance(1, Line(known_u, h**2 / 8, known_v, 5 * h / 12))
 
     def _zhou_tamma(self, p, v0_family):
         """The balance at its own knot, where the unknown is the change of acceleration."""

@@ -48,7 +48,6 @@ STARTERS = {  # how many steps of which scheme come before the first own one
     **{name: (2, "average_acceleration") for name in ("houbolt", "park", "bdf3")},
     **{name: (1, "average_acceleration") for name in ("oalts", "bdf2", "bdf_alpha", "adams_moulton3")},
     "bdf4": (3, "dormand_prince"),
-    "adams_moulton4": (2, "dormand_prince"),
 }
 
 

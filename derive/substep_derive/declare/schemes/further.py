@@ -1,16 +1,16 @@
 """Schemes that reviews and programs name beside those of the thesis."""
 
-from sympy import Integer, Interval, Rational, Symbol, oo
+from sympy import Interval, Rational, Symbol, oo
 
 from ..parameter import Parameter
 from ..published import Published
 from ..scheme import Balance, Scheme
 from ..symbols import K0, C, M, N, alpha, beta, f, h, knot
-from .multi_step import average_acceleration, dormand_prince
+from .newmark import average_acceleration
 
 u0, v0, a0 = knot(0)
 u1, v1, a1 = end = knot(1)
-um, vm, _ = knot(-1)
+um, vm, am = knot(-1)
 half = Rational(1, 2)
 
 bdf_alpha = Scheme(
@@ -58,35 +58,18 @@ chung_lee = Scheme(
 )
 
 
-def adams_moulton(order: int, start: Scheme) -> Scheme:
-    """The acceleration over a step is the polynomial through the last ones, as many as the order, from a_1 back."""
-    at, s = [knot(1 - k) for k in range(order)], Symbol("s")
-    polynomial: list = []
-    for k in range(order):
-        others = [1 - j for j in range(order) if j != k]
-        term = Integer(1)
-        for place in others:
-            term *= (s - place) / (1 - k - place)
-        polynomial.append(term.expand())
-    once, twice = (
-        sum(
-            (e.integrate((s, 0, 1)) if power == 0 else ((1 - s) * e).expand().integrate((s, 0, 1))) * x.a
-            for e, x in zip(polynomial, at, strict=True)
-        )
-        for power in (0, 1)
-    )
-    return Scheme(
-        f"adams_moulton{order}",
-        relations={u1: u0 + h * v0 + h**2 * twice, v1: v0 + h * once},
-        balances=(Balance.at(end, 1),),
-        start=start,
-        reference="Alamatian, Int. J. Mech. Sci. (2013), of this kind; Hairer, Norsett & Wanner I (1993), III.1",
-        published=Published("Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), III.2", order),
-    )
-
-
-adams_moulton3 = adams_moulton(3, average_acceleration)
-adams_moulton4 = adams_moulton(4, dormand_prince)
+adams_moulton3 = Scheme(
+    "adams_moulton3",
+    relations={  # the acceleration over the step is the parabola through the last three
+        u1: u0 + h * v0 + h**2 * (3 * a1 + 10 * a0 - am) / 24,
+        v1: v0 + h * (5 * a1 + 8 * a0 - am) / 12,
+    },
+    balances=(Balance.at(end, 1),),
+    start=average_acceleration,
+    reference="Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), III.1; the kind of Alamatian, "
+    "Comput. Struct. 115 (2013)",
+    published=Published("Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), III.2", 3),
+)
 
 _r1, _r2, _r3 = (Symbol(f"rho_{k}") for k in (1, 2, 3))
 _q = (1 + _r1) * (1 + _r2)
@@ -118,4 +101,4 @@ _half3 = 1 / (1 + _r3)
 gssss_u0 = gssss("gssss_u0", _S / (2 * _q), 1 / _q, 2 / (_q * (1 + _r3)), _half3 / 2, _half3)
 gssss_v0 = gssss("gssss_v0", _half3, _half3 / 2, _S * _half3 / (2 * _q), 1 / _q, _S / (2 * _q))
 
-ALL = (bdf_alpha, chang, chen_ricles, chung_lee, adams_moulton3, adams_moulton4, gssss_u0, gssss_v0)
+ALL = (bdf_alpha, chang, chen_ricles, chung_lee, adams_moulton3, gssss_u0, gssss_v0)
