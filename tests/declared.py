@@ -4,9 +4,8 @@ from collections.abc import Iterator
 from fractions import Fraction
 from functools import cache
 
-import further_oracle  # noqa: F401 (its schemes are registered)
 import numpy as np
-from designed_oracle import sample_parameters
+from further_oracle import sample_parameters
 from oracle import SCHEMES
 from substep_derive import Derivation, Scheme, derive
 from substep_derive.declare.parameter import Root

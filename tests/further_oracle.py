@@ -5,9 +5,11 @@ from typing import Any
 
 import numpy as np
 import tables
+from designed_oracle import sample_parameters
 from lines import Line, Row, same_line
 from oracle import root, scheme
 
+__all__ = ["FurtherSteps", "sample_parameters"]  # of all schemes, those of this file among them
 solve = np.linalg.solve
 
 

@@ -15,7 +15,7 @@ passes the displacement. The row is multiplied by the mass at the one knot that 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from sympy import Abs, Dummy, Expr, Integer, Matrix, Symbol, factor, sympify, zeros
+from sympy import Abs, Dummy, Expr, Integer, Matrix, Symbol, diag, factor, sympify, zeros
 
 from ..declare.errors import DeclarationError
 from ..declare.law import slope
@@ -153,7 +153,7 @@ def _iterated(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach) -> B
     before += steady.assignments
     unknown, first = with_multipliers(w, reach, last, z, first)
     return BalanceStep(
-        at.k, unknown, before, within, residual, jacobian, Matrix(), first, far, [], Matrix.diag(*free),
+        at.k, unknown, before, within, residual, jacobian, Matrix(), first, far, [], diag(*free),
         multipliers=len(w.unknown), contacts=len(w.motion.scene.contacts),
     )  # fmt: skip
 

@@ -54,8 +54,9 @@ def begun_together(
     parts, typical = split(w, unknowns(w, stage)), {**w.scheme.typical, h: Integer(1)}
 
     def farthest(rows: Iterable[Iterable[Expr]]) -> Expr:
-        sums = (Add(*map(Abs, row)) for row in rows)
-        return max(sums, key=lambda e: e.subs(dict(w.constants)).subs(typical), default=Integer(0))
+        sums = [Add(*map(Abs, row)) for row in rows]
+        sizes = [e.subs(dict(w.constants)).subs(typical) for e in sums]
+        return sums[sizes.index(max(sizes))] if sums else Integer(0)
 
     far = farthest(reach.values())
     if w.motion.of_rates or not reach:
@@ -64,7 +65,7 @@ def begun_together(
     if by_z.rows != by_z.cols or cancel(by_z.det()) == 0:
         return zeros(w.size * len(stage.z), 1), far
     away = [w.components(last) - w.components(predicted(number)) for number in range(by_z.rows)]
-    rows = by_z.inv().applyfunc(lambda e: w.constant(cancel(e))).tolist()
+    rows = [[w.constant(cancel(e)) for e in row] for row in by_z.inv().tolist()]
     return Matrix([e for row in rows for e in combined(zeros(w.size, 1), row, away)]), far
 
 

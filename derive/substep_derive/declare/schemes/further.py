@@ -1,6 +1,6 @@
 """Schemes that reviews and programs name beside those of the thesis."""
 
-from sympy import Interval, Rational, Symbol, oo
+from sympy import Expr, Interval, Rational, Symbol, oo
 
 from ..parameter import Parameter
 from ..published import Published
@@ -66,8 +66,7 @@ adams_moulton3 = Scheme(
     },
     balances=(Balance.at(end, 1),),
     start=average_acceleration,
-    reference="Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), III.1; the kind of Alamatian, "
-    "Comput. Struct. 115 (2013)",
+    reference="Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), III.1, on the acceleration",
     published=Published("Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), III.2", 3),
 )
 
@@ -76,7 +75,7 @@ _q = (1 + _r1) * (1 + _r2)
 _up, _vp, _ap = knot("p")
 
 
-def gssss(name: str, L1, L2, L5, l3, l5) -> Scheme:
+def gssss(name: str, L1: Expr, L2: Expr, L5: Expr, l3: Expr, l5: Expr) -> Scheme:
     """The generalized single step single solve family; Lambda and lambda of Zhou and Tamma by their numbers."""
     change = a1 - a0
     L3 = 1 / (_q * (1 + _r3))
