@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import tables
 from designed_oracle import sample_parameters
-from lines import Line, Row, same_line
+from lines import Line, Row
 from oracle import root, scheme
 
 __all__ = ["FurtherSteps", "sample_parameters"]  # of all schemes, those of this file among them
@@ -22,20 +22,6 @@ def stages_of_the_new_step(rho_1: Any, rho_2: Any, rho_3: Any, v0: bool) -> Simp
         return SimpleNamespace(L1=L1, L2=L2, L3=L3, L5=L5, L6=L6, l3=1 / q, l5=s / (2 * q))
     L1, L2, L5 = s / (2 * q), 1 / q, 2 / (q * (1 + rho_3))
     return SimpleNamespace(L1=L1, L2=L2, L3=L3, L5=L5, L6=L6, l3=1 / (2 * (1 + rho_3)), l5=1 / (1 + rho_3))
-
-
-@scheme("bdf_alpha", "u h*v h^2*a u[-1] h*v[-1]", "alpha")
-def bdf_alpha(s, state, p, f):
-    """(3/2 + alpha) y1 - (2 + 2 alpha) y0 + (1/2 + alpha) ym = h ((1 + alpha) y1' - alpha y0')."""
-    (u0, v0, a0, um, vm), al = state, p.alpha
-    lead = s.one * 3 / 2 + al
-
-    def end(a1):
-        v1 = ((2 + 2 * al) * v0 - (s.one / 2 + al) * vm + (1 + al) * a1 - al * a0) / lead
-        return ((2 + 2 * al) * u0 - (s.one / 2 + al) * um + (1 + al) * v1 - al * v0) / lead, v1, a1
-
-    new = end(root(lambda a: s.residual(*end(a), f(1))))
-    return (*new, u0, v0), new
 
 
 @scheme("chang", "u h*v h^2*a")
@@ -122,13 +108,6 @@ class FurtherSteps:
     rows: list[Any]
     now: Any
     balance: Any
-
-    def bdf_alpha(self, p):
-        (um, vm, _), (u0, v0, a0), h, al = *self.rows[-2:], self.h, p.alpha
-        lead = 1.5 + al
-        known_u = ((2 + 2 * al) * u0 - (0.5 + al) * um - h * al * v0) / lead
-        known_v = ((2 + 2 * al) * v0 - (0.5 + al) * vm - h * al * a0) / lead
-        return self.balance(1, same_line(known_u, known_v, h * (1 + al) / lead))
 
     def _effective(self):
         m, c, k = self.s.mass, self.s.damping, self.s.tangent(self.rows[0].u)

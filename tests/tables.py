@@ -217,7 +217,7 @@ TABLES: dict[str, tuple[Callable[..., Table], str]] = {
     "esdirk32": (esdirk32, "gamma"),
     "esdirk43": (esdirk43, ""),
     "gauss2": (lambda: gauss(-1 / MP.sqrt(3), 1 / MP.sqrt(3)), ""),
-    "gauss3": (lambda: gauss(-MP.sqrt(0.6), MP.mpf(0), MP.sqrt(MP.mpf(3) / 5)), ""),
+    "gauss3": (lambda: gauss(*(k * MP.sqrt(MP.mpf(3) / 5) for k in (-1, 0, 1))), ""),
     "radau_iia2": (lambda: ending(collocation(MP.mpf(1) / 3, MP.mpf(1))), ""),
     "radau_iia3": (lambda: ending(collocation(*((4 + k * MP.sqrt(6)) / 10 for k in (-1, 1)), MP.mpf(1))), ""),
     "lobatto_iiia3": (lambda: ending(collocation(0, MP.mpf(1) / 2, 1)), ""),

@@ -5,27 +5,13 @@ from sympy import Expr, Interval, Rational, Symbol, oo
 from ..parameter import Parameter
 from ..published import Published
 from ..scheme import Balance, Scheme
-from ..symbols import K0, C, M, N, alpha, beta, f, h, knot
+from ..symbols import K0, C, M, N, beta, f, h, knot
 from .newmark import average_acceleration
 
 u0, v0, a0 = knot(0)
 u1, v1, a1 = end = knot(1)
-um, vm, am = knot(-1)
+am = knot(-1).a
 half = Rational(1, 2)
-
-bdf_alpha = Scheme(
-    "bdf_alpha",
-    parameters=(Parameter(alpha, Interval(-half, 0), Rational(-3, 10)),),
-    relations={
-        one: ((2 + 2 * alpha) * zero - (half + alpha) * before + h * ((1 + alpha) * rate - alpha * rate_before))
-        / (Rational(3, 2) + alpha)
-        for one, zero, before, rate, rate_before in ((u1, u0, um, v1, v0), (v1, v0, vm, a1, a0))
-    },
-    balances=(Balance.at(end, 1),),
-    start=average_acceleration,
-    reference="Celaya & Anza, Procedia Comput. Sci. 18 (2013) 1014-1026",
-    published=Published("Celaya & Anza (2013)", 2, Rational(3, 7), oo),
-)
 
 _D = M + h * C / 2 + h**2 * K0 / 4
 
@@ -100,4 +86,4 @@ _half3 = 1 / (1 + _r3)
 gssss_u0 = gssss("gssss_u0", _S / (2 * _q), 1 / _q, 2 / (_q * (1 + _r3)), _half3 / 2, _half3)
 gssss_v0 = gssss("gssss_v0", _half3, _half3 / 2, _S * _half3 / (2 * _q), 1 / _q, _S / (2 * _q))
 
-ALL = (bdf_alpha, chang, chen_ricles, chung_lee, adams_moulton3, gssss_u0, gssss_v0)
+ALL = (chang, chen_ricles, chung_lee, adams_moulton3, gssss_u0, gssss_v0)
