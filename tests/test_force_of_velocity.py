@@ -14,7 +14,12 @@ from substep_kernels.facts import CATALOGUE
 import substep as ss
 
 UNDAMPED = [name for name in CATALOGUE if not ss.scheme(name).info.damping]
-OF_COEFFICIENTS = ["kr_alpha", "kr_alpha_plain_start"]  # which take C into account at the start only
+OF_COEFFICIENTS = [
+    "kr_alpha",
+    "kr_alpha_plain_start",
+    "chang",
+    "chen_ricles",
+]  # which take C into account at the start only
 M = np.array([[2.0, 0.3], [0.3, 1.0]])
 K = np.array([[12.0, -4.0], [-4.0, 8.0]])
 C = np.array([[0.6, -0.2], [-0.2, 0.3]])

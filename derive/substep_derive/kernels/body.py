@@ -191,7 +191,8 @@ class Body:
         for step in self.steps:
             parts.append(Part(step.before))
             if step.solved:
-                parts.append(Part(step.solved))
+                # of an elimination, which assigns more than z, each on its own
+                parts.append(Part(step.solved, named=len(step.solved) == len(step.z)))
             elif step.first is None:
                 R = step.residual_names
                 parts += [Part(assign(R, step.residual)), Part(assign(step.z, -step.inverse * R), named=False)]
