@@ -8,7 +8,7 @@ from typing import Any
 import committed_steps
 import law_paths
 import numpy as np
-from declared import BY_NAME
+from declared import BY_NAME, TOGETHER
 from hysteresis import Oscillator
 from plain_kernels import text_of, uncompiled
 from substep_derive.declare.scenes.hysteretic import ALL
@@ -18,7 +18,7 @@ import substep as ss
 from substep.derived.modules import uncommitted_pair
 
 DISCRETE = {"energy_momentum"}  # takes the force of a potential
-MARCHED = [name for name in ss.schemes() if name not in DISCRETE]
+MARCHED = [name for name in ss.schemes() if name not in DISCRETE and name not in TOGETHER]
 # the scene for schemes of u'' = g(t, u), which refuse any that declares a damper
 UNDAMPED = replace(
     ALL[0],

@@ -16,12 +16,12 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import SimpleNamespace
-from typing import NamedTuple
 
 import numpy as np
 import tables
+from further_oracle import FurtherSteps
+from lines import Array, Line, Row, newmark_line, same_line
 
-Array = np.ndarray
 solve, norm = np.linalg.solve, np.linalg.norm
 
 TRAPEZOID = {"beta": 1 / 4, "gamma": 1 / 2}
@@ -46,7 +46,7 @@ MEMBERS |= {name: ("nystrom", {"table": table}) for name, table in tables.NYSTRO
 MEMBERS |= {name: ("stoermer", {"counts": counts}) for name, counts in tables.EXTRAPOLATIONS.items()}
 STARTERS = {  # how many steps of which scheme come before the first own one
     **{name: (2, "average_acceleration") for name in ("houbolt", "park", "bdf3")},
-    **{name: (1, "average_acceleration") for name in ("oalts", "bdf2")},
+    **{name: (1, "average_acceleration") for name in ("oalts", "bdf2", "adams_moulton3")},
     "bdf4": (3, "dormand_prince"),
 }
 
@@ -64,22 +64,6 @@ class System:
 
     def acceleration(self, u: Array, v: Array, t: float) -> Array:
         return solve(self.mass, self.load(t) - self.damping @ v - self.force(u))
-
-
-class Row(NamedTuple):
-    u: Array
-    v: Array
-    a: Array
-
-
-class Line(NamedTuple):  # u = u_p + c_u a, v = v_p + c_v a for the unknown a
-    u_p: Array
-    c_u: float
-    v_p: Array
-    c_v: float
-
-    def end(self, a: Array) -> Row:
-        return Row(self.u_p + self.c_u * a, self.v_p + self.c_v * a, a)
 
 
 def history(name, parameters: dict[str, float], system: System, dt: float, n: int, u0, v0, a0) -> tuple[Array, ...]:
@@ -102,17 +86,7 @@ def slope(force: Callable[[Array], Array], u: Array) -> Array:
     return np.array([(force(u + e) - force(u - e)) / (2 * shift) for e in shift * np.eye(len(u))]).T
 
 
-def newmark_line(row: Row, h: float, beta: float, gamma: float) -> Line:
-    u0, v0, a0 = row
-    return Line(u0 + h * v0 + h**2 * (0.5 - beta) * a0, beta * h**2, v0 + h * (1 - gamma) * a0, gamma * h)
-
-
-def same_line(known_u: Array, known_v: Array, w: float) -> Line:
-    """y1 = known_y + w y1', one formula for u and v."""
-    return Line(known_u + w * known_v, w * w, known_v, w)
-
-
-class Run:
+class Run(FurtherSteps):
     """One run; a method with the name of a scheme returns the row at t + h from the rows up to t."""
 
     def __init__(self, name: str, parameters: dict[str, float], s: System, h: float, given: Row):
@@ -178,9 +152,9 @@ class Run:
     def table(self, p):
         """Every stage with its own slopes; a stage on the diagonal is solved for its acceleration."""
         (s, h, t, u0, v0, a0), table = self.now(), tables.of(p.table, self.parameters, float)
-        (A, b, c), stages = table, []
+        (A, b, c), stages = table, self.together(table) if tables.coupled(table) else []
         end = tables.last_is_end(table)
-        for i, (row, tau) in enumerate(zip(A, c, strict=True)):
+        for i, (row, tau) in [*enumerate(zip(A, c, strict=True))][len(stages) :]:
             u = u0 + h * sum((w * stage.v for w, stage in zip(row, stages, strict=False)), 0 * u0)
             v = v0 + h * sum((w * stage.a for w, stage in zip(row, stages, strict=False)), 0 * u0)
             if row[i]:
@@ -193,6 +167,31 @@ class Run:
         u1 = u0 + h * sum(w * stage.v for w, stage in zip(b, stages, strict=True))
         v1 = v0 + h * sum(w * stage.a for w, stage in zip(b, stages, strict=True))
         return Row(u1, v1, s.acceleration(u1, v1, t + h))
+
+    def together(self, table):
+        """All stages by Newton's iteration for their accelerations, from the displacement u0."""
+        (s, h, t, u0, v0, a0), (A, _, c) = self.now(), table
+        known = int(tables.first_is_start(table) and tables.last_is_end(table))
+        A, d, first = np.array(A), len(u0), [a0][:known]
+        inner = A[known:, known:]
+        a = np.vstack([*first, np.linalg.solve(h * inner @ inner, -np.outer(np.array(c)[known:], v0))])
+        for _ in range(60):
+            v = v0 + h * A @ a
+            u = u0 + h * A @ v
+            wrong, slopes = [], []
+            for i in range(known, len(c)):
+                wrong.append(s.mass @ a[i] + s.damping @ v[i] + s.force(u[i]) - s.load(t + c[i] * h))
+                by = [
+                    (i == j) * s.mass + h * A[i, j] * s.damping + h**2 * (A @ A)[i, j] * s.tangent(u[i])
+                    for j in range(known, len(c))
+                ]
+                slopes.append(np.hstack(by))
+            change = solve(np.vstack(slopes), np.concatenate(wrong)).reshape(-1, d)
+            a[known:] -= change
+            if norm(change) <= 1e-15 * norm(a):
+                break
+        v = v0 + h * A @ a
+        return [Row(*x) for x in zip(u0 + h * A @ v, v, a, strict=True)]
 
     def nystrom(self, p):
         (s, h, t, u0, v0, a0), table = self.now(), p.table()

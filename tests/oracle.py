@@ -88,12 +88,15 @@ def sample_parameters(name: str, rng: Any) -> dict[str, float]:
     if name == "gholampour":  # delta >= 1/3, delta/2 <= alpha_g <= delta - 1/6
         delta = rng.uniform(1 / 3, 1)
         return {"delta": float(delta), "alpha_g": float(rng.uniform(delta / 2, delta - 1 / 6))}
+    if name == "chung_lee":
+        return {"beta": float(rng.uniform(1, 28 / 27))}
     if name == "theta_method":
         return {"theta": float(rng.uniform(0, 1))}
     ranges = {
         "beta": (0.05, 1), "gamma": (0.3, 1.2), "gamma_t": (0.1, 0.9), "theta": (1, 2), "alpha": (-1 / 3, 0),
         "alpha_B": (-1, 0), "alpha_m": (-1, 0.5), "alpha_f": (0, 0.5), "rho_inf": (0, 1), "p": (0.5, 0.9),
         "phi": (1, 2), "beta1": (0.2, 1), "beta2": (0.2, 1), "weight": (0.25, 1.5),
+        "rho_1": (0, 1), "rho_2": (0, 1), "rho_3": (0, 1),
     }  # fmt: skip
     return {key: float(rng.uniform(*ranges[key])) for key in SCHEMES[name].parameters}
 

@@ -75,9 +75,10 @@ def plain_adaptive(scheme: Any, scene: Any, terms: Any, order: int, always: bool
 
 
 @cache
-def committed(name: str) -> ModuleType:
-    """A committed module with its kernels as Python functions: for `kernel_modules.committed`."""
-    return uncompiled((GENERATED / f"{name.replace('.', '/')}.py").read_text(encoding="utf-8"))
+def committed(name: str) -> ModuleType | None:
+    """A committed module with its kernels as Python functions, None for another: for `kernel_modules.committed`."""
+    path = GENERATED / f"{name.replace('.', '/')}.py"
+    return uncompiled(path.read_text(encoding="utf-8")) if path.exists() else None
 
 
 def itself(kernel: Callable[..., None], whole: int = 1) -> Callable[..., None]:

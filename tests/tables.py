@@ -123,6 +123,41 @@ def esdirk43() -> Table:
     return A, A[-1], c
 
 
+def collocation(*c: Any) -> Table:
+    """a_ij and b_j are the integrals of Lagrange's polynomials of these instants, from 0 to c_i and to 1."""
+
+    def integrals(to: Any) -> list[Any]:
+        """Weights that integrate 1, t, ..., t^(s - 1) exactly."""
+        powers = MP.matrix([[MP.mpf(x) ** k for x in c] for k in range(len(c))])
+        return [*MP.lu_solve(powers, MP.matrix([MP.mpf(to) ** (k + 1) / (k + 1) for k in range(len(c))]))]
+
+    return [[x if abs(x) > MP.mpf(10) ** -40 else MP.mpf(0) for x in integrals(to)] for to in c], integrals(1), [*c]
+
+
+def gauss(*roots: Any) -> Table:
+    """Collocation at the roots of Legendre's polynomial, which are given for (-1, 1)."""
+    return collocation(*((1 + x) / 2 for x in roots))
+
+
+def lobatto_iiic(*c: Any) -> Table:
+    """a_i1 = b_1, and stages that integrate polynomials of degree s - 2 exactly."""
+    _, b, _ = collocation(*c)
+    size = range(len(c) - 1)
+    A = []
+    for to in c:
+        powers = MP.matrix([[MP.mpf(x) ** k for x in c[1:]] for k in size])
+        known = [MP.mpf(to) ** (k + 1) / (k + 1) - b[0] * MP.mpf(c[0]) ** k for k in size]
+        A.append([b[0], *MP.lu_solve(powers, MP.matrix(known))])
+    return [*A[:-1], b], b, [*c]
+
+
+def ending(table: Table) -> Table:
+    """With the last row equal to the weights to the last digit, as it is to rounding."""
+    A, b, c = table
+    assert max(abs(x - y) for x, y in zip(A[-1], b, strict=True)) < MP.mpf(10) ** -45
+    return [*A[:-1], b], b, c
+
+
 @dataclass(frozen=True)
 class Nystrom:
     """A table for u'' = g(t, u): damping is left out."""
@@ -181,6 +216,13 @@ TABLES: dict[str, tuple[Callable[..., Table], str]] = {
     "crouzeix4": (crouzeix4, "gamma"),
     "esdirk32": (esdirk32, "gamma"),
     "esdirk43": (esdirk43, ""),
+    "gauss2": (lambda: gauss(-1 / MP.sqrt(3), 1 / MP.sqrt(3)), ""),
+    "gauss3": (lambda: gauss(*(k * MP.sqrt(MP.mpf(3) / 5) for k in (-1, 0, 1))), ""),
+    "radau_iia2": (lambda: ending(collocation(MP.mpf(1) / 3, MP.mpf(1))), ""),
+    "radau_iia3": (lambda: ending(collocation(*((4 + k * MP.sqrt(6)) / 10 for k in (-1, 1)), MP.mpf(1))), ""),
+    "lobatto_iiia3": (lambda: ending(collocation(0, MP.mpf(1) / 2, 1)), ""),
+    "lobatto_iiic2": (lambda: lobatto_iiic(0, 1), ""),
+    "lobatto_iiic3": (lambda: lobatto_iiic(0, MP.mpf(1) / 2, 1), ""),
 }
 
 
@@ -226,11 +268,51 @@ def of(name: str, values: dict[str, Any], kind: Callable[[Any], Any]) -> Table:
     return [[kind(x) for x in row] for row in A], [kind(x) for x in b], [kind(x) for x in c]
 
 
+def coupled(table: Table) -> bool:
+    """Whether stages read later ones."""
+    return any(w for i, row in enumerate(table[0]) for w in row[i + 1 :])
+
+
+def product(A: Any, x: Any) -> list[Any]:
+    """A matrix times a column."""
+    return [sum((w * e for w, e in zip(row, x, strict=True)), 0 * x[0]) for row in A]
+
+
+def solved(rows: list[list[Any]]) -> list[Any]:
+    """The solution of equations, each with its right side at the end, by elimination with the largest pivots."""
+    rows, n = [[*row] for row in rows], len(rows)
+    for k in range(n):
+        best = max(range(k, n), key=lambda i: abs(rows[i][k]))
+        rows[k], rows[best] = rows[best], rows[k]
+        for i in range(n):
+            if i != k:
+                times = rows[i][k] / rows[k][k]
+                rows[i] = [x - times * y for x, y in zip(rows[i], rows[k], strict=True)]
+    return [rows[k][n] / rows[k][k] for k in range(n)]
+
+
+def _together(s: Any, table: Table, state: Any, f: Callable[[Any], Any]) -> list[Any]:
+    """Stages solved together for their accelerations: a + c v + k u = f with v = v0 + A a, u = u0 + A v."""
+    A, _, c = table
+    (u0, v0), one = state[:2], s.one
+    squares = [product(list(zip(*A, strict=True)), row) for row in A]
+    rows = [
+        [(one if i == j else 0 * one) + s.c * A[i][j] + s.k * squares[i][j] for j in range(len(c))]
+        + [f(tau) - s.c * v0 - s.k * (u0 + sum(A[i]) * v0)]
+        for i, tau in enumerate(c)
+    ]
+    if len(state) == 3:
+        rows[0] = [one, *[0 * one] * (len(c) - 1), state[2]]
+    a = solved(rows)
+    v = [v0 + x for x in product(A, a)]
+    return list(zip([u0 + x for x in product(A, v)], v, a, strict=True))
+
+
 def _step(s: Any, table: Table, state: Any, f: Callable[[Any], Any]) -> tuple[Any, Any]:
     A, b, c = table
     u0, v0 = state[:2]
-    stages: list[Any] = []
-    for row, tau in zip(A, c, strict=True):
+    stages: list[Any] = _together(s, table, state, f) if coupled(table) else []
+    for row, tau in zip(A[len(stages) :], c[len(stages) :], strict=True):
         i = len(stages)
         u = u0 + sum((w * v for w, (_, v, _) in zip(row[:i], stages, strict=True)), 0 * u0)
         v = v0 + sum((w * a for w, (_, _, a) in zip(row[:i], stages, strict=True)), 0 * u0)

@@ -21,7 +21,9 @@ from substep.derived.simple_fraction import simple_fraction
 
 KNOWN = [name for name, forms in FORMS.items() if forms["A_stable"] is not None and not BY_NAME[name].decided]
 # stable at small Omega only
-EXPLICIT = ("noh_bathe", "tchamwa_wielgosz", "kim_two_stage", "explicit_generalized_alpha", "forest_ruth")
+EXPLICIT = (
+    *("noh_bathe", "tchamwa_wielgosz", "kim_two_stage", "explicit_generalized_alpha", "forest_ruth", "chung_lee"),
+)
 DRAWN = 100  # parameters of each scheme
 GIVEN = {
     "newmark": {"beta": 0.3, "gamma": 0.6},

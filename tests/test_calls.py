@@ -173,6 +173,9 @@ def test_extreme_omega_gives_the_limit_or_is_refused(name: str) -> None:
             assert 2.0 < found < math.inf
 
 
+FALLING = ("lobatto_iiic3",)  # the angle of whose pair falls with 1/Omega, by which damping is divided
+
+
 @pytest.mark.parametrize("name", ss.schemes())
 def test_errors_at_extreme_omega_are_those_of_a_pair_or_refused(name: str) -> None:
     """They are NaN only where the pair has become real, as derivation has found; where rounding hides it, refused."""
@@ -186,7 +189,8 @@ def test_errors_at_extreme_omega_are_those_of_a_pair_or_refused(name: str) -> No
             continue
         assert math.isnan(damping) == math.isnan(period) == math.isnan(s.numerical_damping([1.0, Omega])[1])
         assert math.isfinite(damping) or CATALOGUE[name]["bifurcation"] != "oo"
-        assert math.isnan(damping) or abs(damping) < 1e7 or s.spectral_radius(1e8) > 2.0
+        grows = name in FALLING or s.spectral_radius(1e8) > 2.0
+        assert math.isnan(damping) or abs(damping) < 1e7 or grows
     if refused:
         assert CATALOGUE[name]["bifurcation"] == "oo"
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from declared import NAMES
 from substep_derive import derive
+from substep_derive.nonlinear.order import nonlinear_order
 from substep_derive.oscillator.evaluation import Evaluation
 from substep_derive.oscillator.order import order_of
 from substep_thesis import figures_5
@@ -59,7 +60,7 @@ def test_average_acceleration_gains_energy_when_published() -> None:
 
 
 # the errors of their start are multiples of the radial acceleration and its rate, which are 0 for the unstrained bar
-EXCEEDED = {"fox_goodwin": 4, "kr_alpha_plain_start": 2}
+EXCEEDED = {"fox_goodwin": 4, "kr_alpha_plain_start": 2, "chen_ricles": 2}
 # whose next term is large, or whose rounding grows with 1/h^2; and above order 5, rounding comes before 0.01 is reached
 STEPS = {
     "trbdf3": 15000,
@@ -71,13 +72,15 @@ STEPS = {
 }
 ROUNDING = {"trbdf3": 3e-8}  # a second difference over thirds of the step
 PARAMETERS = {"kim_two_stage": {"gamma_t": Fraction(2, 5)}}  # the term of h^3 is small beside that of h^4 at 1/3
-WITHIN = {"four_substep": 0.025}  # 4.042, 4.021 at 500, 1000 steps; at 2000 rounding is 0.01 already
+# the next term is large beside the first; 4.042, 4.021 at 500, 1000 steps, at 2000 rounding is 0.01 already
+WITHIN = {"discontinuous_galerkin_p1": 0.05, "lobatto_iiic3": 0.02, "four_substep": 0.025}
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_scheme_converges_to_the_exact_position_at_its_derived_order(name: str) -> None:
     parameters = PARAMETERS.get(name, {})
-    derived = order_of(Evaluation.at_defaults(derive(name, **parameters).scheme), Rational(0)).free[0]
+    at = Evaluation.at_defaults(derive(name, **parameters).scheme)
+    derived = min(order_of(at, Rational(0)).free[0], nonlinear_order(at).free[0])
     order = EXCEEDED.get(name, derived)
     assert order >= derived
     steps = STEPS.get(name, {1: 500_000, 2: 10_000, 3: 4000, 4: 500, 5: 200, 6: 60, 8: 40}[order])

@@ -23,7 +23,9 @@ G = 9.81
 EXPLICIT = {name for name in ss.schemes() if ss.scheme(name).rho_inf == float("inf")} | {"bdf4"}  # by its starter
 DRIFTING = {"wilson_theta", "collocation", "crouzeix3", "crouzeix4"}
 GROWING = {"linear_acceleration": "3.732", "fox_goodwin": "9.899"}
-TAKEN = [name for name in ss.schemes() if name not in EXPLICIT | DRIFTING | GROWING.keys() | NOT_PRESCRIBED.keys()]
+TOGETHER = {name for name in ss.schemes() if ss.scheme(name).info.together}
+REFUSED = EXPLICIT | DRIFTING | GROWING.keys() | NOT_PRESCRIBED.keys() | TOGETHER
+TAKEN = [name for name in ss.schemes() if name not in REFUSED]
 ONE_OF_EACH = ("newmark", "bathe", "generalized_alpha", "hht_alpha_mixed_displacement", "bdf2", "energy_momentum")
 AT_THE_MEAN = ("energy_momentum", "hht_alpha_mixed_displacement", "generalized_alpha_mixed_displacement")
 CHANGES_SIGN = ("theta_method",)  # of its error in u, about these steps
@@ -258,6 +260,7 @@ def test_a_start_that_constraints_do_not_allow_is_refused_with_the_amount_and_th
         ("wilson_theta", "takes no force at the end of its steps"),
         ("crouzeix3", "takes no force at the end of its steps"),
         ("kr_alpha", "coefficients from the structure"),
+        ("radau_iia3", "solves balances together"),
         *((name, f"multiplies them by {factor}") for name, factor in GROWING.items()),
     ],
 )
@@ -268,7 +271,7 @@ def test_what_cannot_hold_a_constraint_is_refused_by_name(name: str, reason: str
 
 
 def test_every_scheme_is_taken_or_refused() -> None:
-    assert EXPLICIT | DRIFTING | GROWING.keys() | set(TAKEN) | NOT_PRESCRIBED.keys() == set(ss.schemes())
+    assert REFUSED | set(TAKEN) == set(ss.schemes())
 
 
 def test_chosen_steps_and_wrong_declarations_are_refused() -> None:

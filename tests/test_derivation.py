@@ -9,6 +9,7 @@ from oracle import amplification as stepped
 from substep_derive import Scheme, derive
 from substep_derive.algebra.constant import reduced
 from substep_derive.declare.symbols import K0, C, K_t, M, N, Omega, beta, f, gamma, gamma_t, h, mu, xi
+from substep_derive.step.step import Step
 from sympy import Matrix, Rational, cancel, symbols
 
 
@@ -122,10 +123,19 @@ def test_effective_stiffness_and_residual_are_the_thesis_s_with_damping() -> Non
 
 @pytest.mark.parametrize("name", NAMES)
 def test_effective_system_is_consistent(name: str) -> None:
-    for system in derived(name).balances:
+    for k, system in enumerate(derived(name).balances):
         slope = sp.diff(system.residual, system.unknown)
         assert cancel(slope.doit() - system.effective_stiffness.doit()) == 0
-        if not system.explicit and not system.tangent.atoms(sp.Derivative):
+        if system.beside:  # the row of a block: the chain rule leads from displacements to its own acceleration
+            scheme = BY_NAME[name]
+            (stage,) = [stage for stage in Step.of(scheme).stages if not stage.alone]
+            z = stage.z[list(stage.balances).index(scheme.balances[k])]
+            row = {system.unknown: system.effective_stiffness, **system.beside}
+            mass = sum(e * stage.in_z.get(s, s).diff(z) for s, e in row.items())
+            forces = {atom: sp.Dummy() for atom in (mass - system.effective_mass).atoms(K_t)}
+            left = (mass - system.effective_mass).subs(near(scheme)).subs(forces)
+            assert all(abs(e) < 1e-30 for e in sp.Poly(left, C, M, h, *forces.values()).coeffs())
+        elif not system.explicit and not system.tangent.atoms(sp.Derivative):
             mass = system.effective_stiffness * system.c_u
             assert cancel(mass - system.effective_mass) == 0
         else:

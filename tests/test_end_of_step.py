@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from declared import BY_NAME
+from declared import BY_NAME, TOGETHER
 from scipy.optimize import brentq
 from substep_derive import estimator, h
 from substep_derive.declare.symbols import knot
@@ -30,7 +30,7 @@ def _adaptive(name: str) -> bool:
     return all(s in knot(0) for s in scheme.state) and scheme.start_scheme is None and not scheme.start
 
 
-ADAPTIVE = [name for name in BY_NAME if _adaptive(name)]
+ADAPTIVE = [name for name in BY_NAME if _adaptive(name) and name not in TOGETHER]
 
 
 @cache

@@ -13,9 +13,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from declared import NAMES
 from substep_explorer import page as explorer
-from test_explorer import check_functions, check_marches, requests
+from test_explorer import NAMES, check_functions, check_marches, requests
 
 import substep as ss
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy as sp
-from declared import BY_NAME, NAMES
+from declared import OWN
 from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
@@ -71,7 +71,7 @@ def points_of(name: str, n: int) -> np.ndarray:
     return np.array([10.0 ** RNG.uniform(-4, 2, n), xi, *parameters])
 
 
-@pytest.mark.parametrize("name", [name for name in NAMES if BY_NAME[name].parent is None])
+@pytest.mark.parametrize("name", OWN)
 def test_formulas_of_a_scheme_against_many_digits(name: str) -> None:
     """The increment is rounded once; the other formulas are computed in doubles, or pairs of such."""
     module, inputs = ss.scheme(name).kernels, points_of(name, 20)

@@ -11,6 +11,7 @@ from pathlib import Path
 import plain_kernels
 import pytest
 from declared import BY_NAME
+from declared import COMMITTED as OWN_MODULES
 from plain_kernels import kinds
 from substep_derive import __main__ as command
 from substep_derive import written
@@ -83,7 +84,7 @@ for name, text in package([find(name) for name in sys.argv[1:]], ALL).items():
 @pytest.mark.long
 def test_what_a_scheme_of_each_kind_has_of_its_own_is_what_is_derived() -> None:
     """The gate's part of the next test, which takes minutes; that of all files is the stamp: see below."""
-    alike = ([n for n, k in kinds().items() if k[0] == kind and not BY_NAME[n].parent] for kind in KINDS)
+    alike = ([n for n, k in kinds().items() if k[0] == kind and n in OWN_MODULES] for kind in KINDS)
     names = [min(names, key=lambda n: len(BY_NAME[n].balances), default="") for names in alike]
     found = subprocess.run(
         [sys.executable, "-c", PART, *filter(None, names)],
@@ -242,7 +243,7 @@ def test_the_stamp_depends_on_the_generator_and_on_sympy_but_not_on_the_machine(
 
 
 def test_every_scheme_has_its_module_and_nothing_else_is_there() -> None:
-    own = [scheme.name for scheme in ALL if scheme.parent is None]
+    own = OWN_MODULES
     modules = {f"{folder}/{name}" for folder in ("schemes", "plans") for name in own}
     modules |= {f"scenes/{scene.name}" for scene in SCENES if scene not in ON_FIRST_USE} | {"marches/linear_filter"}
     modules |= {f"marches/{ss.scheme(name).kernels.MARCH}" for name in own}

@@ -5,16 +5,19 @@ import inspect
 import keyword
 from collections.abc import Iterable
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from declared import BY_NAME
+from declared import BY_NAME, OWN
 from plain_kernels import SCENE_BY_NAME, text
 from substep_derive import Balance, DeclarationError, Family, Parameter, Scene, Scheme, certify, derive, estimator
 from substep_derive.__main__ import GENERATED
 from substep_derive.declare.scene import optional
 from substep_derive.declare.symbols import h, knot, rate
+from substep_derive.emit.first_use import own_plan
+from substep_derive.step.step import Step
 from substep_languages.standalone import standalone
 from sympy import Interval, Rational, Symbol
 
@@ -237,10 +240,12 @@ def assert_apart(source: str, parameters: Iterable[Any], *, all_used: bool = Tru
     assert not names & {p.name for p in parameters}
 
 
-@pytest.mark.parametrize("name", [s.name for s in BY_NAME.values() if s.parent is None])
+@pytest.mark.parametrize("name", OWN)
 def test_parameters_are_apart_in_the_module_and_the_plan_of_a_scheme(name: str) -> None:
-    for file in (f"schemes/{name}.py", f"plans/{name}.py"):
-        assert_apart((GENERATED / file).read_text(encoding="utf-8"), BY_NAME[name].parameters)
+    plan = own_plan(BY_NAME[name]) if all(stage.alone for stage in Step.of(BY_NAME[name]).stages) else ""
+    module = Path(ss.scheme(name).kernels.__file__ or "").read_text(encoding="utf-8")
+    for printed in (module.partition("\n\nENTRY = ")[0], plan):
+        assert_apart(printed, BY_NAME[name].parameters)
 
 
 @pytest.mark.parametrize("scene", SCENE_BY_NAME)

@@ -19,7 +19,9 @@ import substep as ss
 Array = np.ndarray
 REFUSED = {
     "kr_alpha": "coefficients from the structure",
-    "kr_alpha_plain_start": "coefficients from the structure",
+    **dict.fromkeys(("kr_alpha_plain_start", "chang", "chen_ricles"), "coefficients from the structure"),
+    **dict.fromkeys(("gauss2", "lobatto_iiia3"), "a state that a smooth motion determines"),
+    "discontinuous_galerkin_p1": "to take the internal force at one place",
     "stoermer_extrapolation": "to move a displacement",
 }
 SCHEMES = [name for name in ss.schemes() if name not in REFUSED]

@@ -34,7 +34,8 @@ CATALOGUE = {
     "average_acceleration": (YES, NO, YES),
     "linear_acceleration": (YES, NO, YES),
     "fox_goodwin": (YES, NO, YES),
-    "energy_momentum": (YES, NO, OPEN),
+    **dict.fromkeys(("energy_momentum", "lobatto_iiia3"), (YES, NO, OPEN)),
+    **dict.fromkeys(("chang", "chen_ricles"), (OPEN, OPEN, OPEN)),  # their coefficients are those of the structure
 }
 MEMBERS: list[tuple[str, dict[str, Any], tuple[Any, Any, Any]]] = [
     ("generalized_alpha", {"rho_inf": 1}, (YES, NO, YES)),  # the trapezoidal rule

@@ -108,7 +108,7 @@ def identify(
     if noise.hides:
         return Identification(())
     damping = bool(free[0].at.xi.any())
-    pool = [s for s in map(make_scheme, schemes()) if s.info.damping or not damping]
+    pool = [s for s in map(make_scheme, schemes()) if not s.info.together and (s.info.damping or not damping)]
     nearest: Match | None = None
     claimed = None if first is None else agreement(first, free, own, noise)
     for what in levels(free) if whats is None else whats:

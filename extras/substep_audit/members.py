@@ -56,7 +56,7 @@ def _others(
     """The schemes of other names than those known that do the same as the best match."""
     damping, more = bool(free[0].at.xi.any()), []
     for scheme in map(make_scheme, schemes()):
-        if scheme.name not in known and (scheme.info.damping or not damping):
+        if scheme.name not in known and not scheme.info.together and (scheme.info.damping or not damping):
             solved = len(free_parameters(scheme))
             matches = (
                 replace(fitted(at, (), best.what, free, own, noise), solved=solved, unsure=unsure)

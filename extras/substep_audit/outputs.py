@@ -61,7 +61,7 @@ def with_late_outputs(found: Identification, own: Sequence[Measured], noise: Noi
         return found
     damping, claimed = bool(own[0].at.xi.any()), [] if found.claimed is None else [found.claimed]
     names = [name for name in schemes() if name not in [match.scheme.name for match in claimed]]
-    pool = [s for s in map(make_scheme, names) if s.info.damping or not damping]
+    pool = [s for s in map(make_scheme, names) if not s.info.together and (s.info.damping or not damping)]
     late = []
     for match in (*claimed, *(fitted(s, (), "displacements", own, own, noise) for s in pool)):
         instants = output_instants(match, own, noise) if credible(match, noise) else {}

@@ -80,7 +80,7 @@ class _Impact:
         self.zero = self.one - self.one
         self.reactions = list(self.rows.reactions.values())[len(self.rows.carried) :]
         self.held = [row for *_, row in self.rows.held]
-        if any(stage.c_u == 0 for stage in self.rows.step.stages):
+        if not all(stage.alone and stage.moved for stage in self.rows.step.stages):
             raise DeclarationError(
                 f"{at.scheme.name}: expected each balance to move the displacement that it takes the force at, so that "
                 "a pressure can keep a gap from closing there; take an implicit scheme"

@@ -284,7 +284,7 @@ class StepRows:
         by_state, by_r = self.eliminated([row])
         values = [(by_state * y + by_r * self._powers(k)).to_list()[0][0] for k, y in enumerate(self.smooth)]
         for k in range(len(values)):
-            shifted = [values[k - j] * (-instant) ** j * self._share(j) for j in range(k + 1)]
+            shifted = [values[k - j] * self._power(-instant, j) * self._share(j) for j in range(k + 1)]
             wrong = sum(shifted, start=-self.one if k == derivative else self.one - self.one)
             if wrong:
                 return ErrorTerm(k - derivative, self.expression(wrong))
@@ -333,7 +333,11 @@ class StepRows:
 
     def _powers(self, k: int) -> FieldMatrix:
         """The coefficient of x^k of exp(x tau) at the instants where r is held."""
-        return self._matrix([[tau**k * self._share(k)] for _, tau, _ in self.held])
+        return self._matrix([[self._power(tau, k) * self._share(k)] for _, tau, _ in self.held])
+
+    def _power(self, number: Any, k: int) -> Any:
+        """The power of a number of the field; 1 for 0^0, which functions of free parameters do not know."""
+        return number**k if k else self.one
 
     def _share(self, k: int) -> Any:
         return self.at.field.domain.convert(QQ(1, factorial(k)))

@@ -53,8 +53,8 @@ class Entries:
             )
         return [self._entry(what, e) for e in entries]
 
-    def lower(self, what: str, given: Sequence[Row], size: int) -> list[list[Expr]]:
-        """The square matrix. Raises DeclarationError unless it is lower triangular; rows may end at the diagonal."""
+    def square(self, what: str, given: Sequence[Row], size: int) -> list[list[Expr]]:
+        """The square matrix. Raises DeclarationError for another shape; rows may end at the diagonal or beyond it."""
         rows = [[self._entry(what, e) for e in row] for row in given]
         if len(rows) != size or any(not i <= len(row) <= size for i, row in enumerate(rows)):
             shape = ", ".join(str(len(row)) for row in rows)
@@ -62,13 +62,6 @@ class Entries:
                 f"{self.name}: expected {size} rows in {what}, as many as c has entries, each of {size} entries or of "
                 f"those up to the diagonal, got {len(rows)} rows of {shape or 'no'} entries; fill up with zeros"
             )
-        for i, row in enumerate(rows):
-            if above := [j for j, e in enumerate(row) if j > i and e != 0]:
-                raise DeclarationError(
-                    f"{self.name}: expected {what} lower triangular, since each stage is solved by itself, got "
-                    f"{row[above[0]]} in row {i + 1}, column {above[0] + 1}; order the stages so that each reads "
-                    "earlier ones alone, or declare a diagonally implicit table"
-                )
         return [[*row, *[Integer(0)] * (size - len(row))] for row in rows]
 
     def sums(self, what: str, rows: Sequence[Sequence[Expr]], expected: Sequence[Expr]) -> list[list[Expr]]:

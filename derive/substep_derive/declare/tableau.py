@@ -33,7 +33,7 @@ def tableau(
     reference: str = "",
     published: Published | None = None,
 ) -> Scheme:
-    """The scheme of a Runge-Kutta table on u' = v, v' = a; explicit or diagonally implicit.
+    """The scheme of a Runge-Kutta table on u' = v, v' = a; stages that read each other are solved together.
 
     A: s rows of s entries, or of those up to the diagonal; b, c: s entries. b_hat: weights of a second value of u_1 and
     v_1, of another order, which become `embedded`. Entries are exact: int, Fraction, SymPy Rational, or rational in
@@ -42,14 +42,14 @@ def tableau(
     u_i = u_0 + c_i h v_0 + h^2 sum_j (A^2)_ij a_j (Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I
     (1993), II.14).
 
-    Raises DeclarationError for wrong shapes, an entry that is not exact or above the diagonal, rows that do not sum to
-    c, weights that do not sum to 1, and b_hat of the same order as b.
+    Raises DeclarationError for wrong shapes, an entry that is not exact, rows that do not sum to c, weights that do not
+    sum to 1, and b_hat of the same order as b.
     """
     hats = [] if b_hat is None else [b_hat]
     parameters, (rows, (b, c, *hats)) = generated(name, parameters, (A, (b, c, *hats)))
     table = Entries(name, parameters, (rows, (b, c, *hats)))
     c_ = table.vector("c", c)
-    A_ = table.sums("the entries of row {k} of A", table.lower("A", rows, len(c_)), c_)
+    A_ = table.sums("the entries of row {k} of A", table.square("A", rows, len(c_)), c_)
     (b_,) = table.sums("the entries of b", [table.vector("b", b, len(c_))], [Integer(1)])
     second = None
     if hats:
@@ -81,7 +81,7 @@ def nystrom(
     reference: str = "",
     published: Published | None = None,
 ) -> Scheme:
-    """The scheme of a Nystrom table; explicit or diagonally implicit.
+    """The scheme of a Nystrom table; stages that read each other are solved together.
 
     u_i = u_0 + c_i h v_0 + h^2 sum_j A_bar_ij a_j, v_i = v_0 + h sum_j A_ij a_j at the stages, at the end
     u_1 = u_0 + h v_0 + h^2 sum_i b_bar_i a_i, v_1 = v_0 + h sum_i b_i a_i
@@ -100,10 +100,10 @@ def nystrom(
     table = Entries(name, parameters, (A_bar, velocities, (b_bar, b, c, *rest)))
     c_ = table.vector("c", c)
     squares, b_, bar = (
-        table.lower("A_bar", A_bar, len(c_)),
+        table.square("A_bar", A_bar, len(c_)),
         *(table.vector(what, row, len(c_)) for what, row in (("b", b), ("b_bar", b_bar))),
     )
-    given = None if A is None else table.lower("A", velocities, len(c_))
+    given = None if A is None else table.square("A", velocities, len(c_))
     twice = table.sums(
         "twice the entries of row {k} of A_bar", [[2 * e for e in row] for row in squares], [x**2 for x in c_]
     )

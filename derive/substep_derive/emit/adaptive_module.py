@@ -54,7 +54,7 @@ def adaptive_module(p: EstimatedBody, banner: str) -> str:
         scene=body.motion.scene.name,
         errors=docstring(_errors(p.terms)),
         scalars=literal_tuple(f'"{name}"' for name in to.scalars),
-        balances=len(body.steps),
+        balances=len(body.scheme.balances),
         rung=repr(2**0.5 if p.refactored else 0.0),
         change=f"{sum(operations([a]) for a in p.changing) / max(counts['step'], 1):.3g}",
         state=body.rows + len(p.kept),

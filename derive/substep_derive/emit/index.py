@@ -9,6 +9,7 @@ from ..declare.errors import DeclarationError
 from ..declare.parameter import Family, Parameter, Root
 from ..declare.scheme import Scheme
 from ..declare.symbols import kind_of, state_label, steps_back
+from ..step.step import Step
 from .printing import KERNEL_PRINTER, fill, literal_tuple, with_banner
 from .templates.scheme import INDEX
 
@@ -32,41 +33,37 @@ def index_entry(scheme: Scheme, loads: int, *, own: bool = False) -> list[str]:
     described = {
         "module": repr(f"schemes.{scheme.parent or scheme.name}"),
         "parameters": literal_tuple(_parameter(scheme, k) for k in range(len(scheme.parameters))),
-        "families": "{" + ", ".join(_family(family) for family in scheme.families) + "}",
-        "fixed": repr({name: float(value) for name, value in scheme.fixed.items()}),
         "balances": repr(len(scheme.balances)),
         "loads": repr(loads),
         "state": repr(tuple(state_label(s) for s in scheme.state)),
         "history": repr(tuple((kind_of(s), int(steps_back(s))) for s in scheme.state)),
-        "start": repr(_start(scheme)),
-        "starter": repr(_starter(scheme, own)),
         "reference": repr(scheme.reference),
     }
+    if scheme.families:
+        described["families"] = "{" + ", ".join(_family(family) for family in scheme.families) + "}"
+    if scheme.fixed:
+        described["fixed"] = repr({name: float(value) for name, value in scheme.fixed.items()})
+    if scheme.start_scheme is not None:
+        described |= {"start": "'scheme'", "starter": repr(_starter(scheme, scheme.start_scheme, own))}
+    elif scheme.start:
+        described["start"] = "'function'"
     if scheme.decided:
         described["decided"] = "{" + ", ".join(_decided(s, *by) for s, by in scheme.decided.items()) + "}"
     described |= {"synonyms": repr(scheme.synonyms)} if scheme.synonyms else {}
     described |= {} if scheme.takes_damping else {"damping": "False"}
+    described |= {} if all(stage.alone for stage in Step.of(scheme).stages) else {"together": "True"}
     return [f'"{key}": {text},' for key, text in described.items()]
 
 
-def _start(scheme: Scheme) -> str:
-    """ "given": u, h*v, h^2*a are the state; "function": the module's start; "scheme": another one marches first."""
-    if scheme.start_scheme is not None:
-        return "scheme"
-    return "function" if scheme.start else "given"
-
-
-def _starter(scheme: Scheme, own: bool) -> tuple[str, dict[str, float]] | None:
+def _starter(scheme: Scheme, start: Scheme, own: bool) -> tuple[str, dict[str, float]]:
     """Name and parameters of the scheme that marches the first steps; an empty name if it is not in the catalogue.
 
     Raises DeclarationError for a scheme of the catalogue that is started by one outside of it.
     """
-    if scheme.start_scheme is None:
-        return None
-    found = as_member(scheme.start_scheme)
+    found = as_member(start)
     if found is None and not own:
         raise DeclarationError(
-            f"{scheme.name}: expected the scheme that starts it in the catalogue, got {scheme.start_scheme.name} "
+            f"{scheme.name}: expected the scheme that starts it in the catalogue, got {start.name} "
             "outside of it; add it to a file of declarations and to its ALL"
         )
     return ("", {}) if found is None else (found[0], {key: float(value) for key, value in found[1].items()})

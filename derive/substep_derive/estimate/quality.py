@@ -21,10 +21,11 @@ def filter_of(scheme: Scheme) -> Expr | None:
 
     It is the solution, for the estimate as right side, of the system that the scheme solves anyway: that of the last
     balance that is implicit. It tends to 1 with the step and so leaves the leading term as it is. None for an explicit
-    scheme. Source: Shampine, SIAM J. Sci. Stat. Comput. 5 (1984) 831-839; Hosea & Shampine (1996), section 5.
+    scheme, and where that balance is solved together with others. Source: Shampine, SIAM J. Sci. Stat. Comput. 5 (1984)
+    831-839; Hosea & Shampine (1996), section 5.
     """
     implicit = [system for system in effective_systems(scheme) if not system.explicit]
-    if not implicit:
+    if not implicit or implicit[-1].beside:
         return None
     last = implicit[-1]
     # the slope of a discrete gradient in one of its two displacements is half the tangent

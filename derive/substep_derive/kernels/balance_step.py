@@ -1,30 +1,48 @@
-"""Balance x Scene -> BalanceStep: how a kernel solves one balance for its new acceleration z.
+"""Stage x Scene -> BalanceStep: how a kernel solves a balance for its new acceleration z, or several for theirs.
 
 A balance's displacement is p + c_u z with p the predictor. So a linear scene or an explicit balance needs only the
 constant matrix c_a M + c_v C + c_u K, inverted once a run; Newton's iteration is needed for a nonlinear force that
-depends on z.
+depends on z. Of balances that are solved together z is the vector of all their accelerations.
 """
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 
-from sympy import Add, Dummy, Expr, Integer, Matrix, Mul, Piecewise, Rational, S, Symbol, diag, oo, symbols, zeros
+from sympy import (
+    Add,
+    Dummy,
+    Expr,
+    Integer,
+    Matrix,
+    Mul,
+    Piecewise,
+    Rational,
+    S,
+    Symbol,
+    diag,
+    oo,
+    symbols,
+    zeros,
+)
 
 from ..declare.law import slope as slope_of
 from ..declare.names import entry_name
 from ..declare.scene import POSITIVE
+from ..declare.scheme import Balance
 from ..declare.symbols import N, N_discrete, h
 from ..motion.components import Assignments, Writer, assign
 from ..motion.equations import EquationsOfMotion
 from ..step.step import Stage
 from .branches import root
+from .together import Reach, begun_together, predicted, reached, split, unknowns
 
 
 @dataclass(frozen=True)
 class BalanceStep:
-    """The k-th balance as the kernel computes it; vectors and matrices have a row for each coordinate.
+    """The balances of the k-th stage as the kernel computes them, with a row for each coordinate of each balance.
 
     z: the unknown acceleration. before: assignments made once a step. moving: those that depend on z and are repeated
-    in every Newton iteration. residual: of the balance, a function of what before and moving assign. jacobian: its
+    in every Newton iteration. residual: of the balances, a function of what before and moving assign. jacobian: its
     derivative with respect to z. first: the z from which the iteration starts. reach: c_u, the derivative of the
     displacement with respect to z. after: assignments once z is known. A balance without iteration has first = None,
     and z = -inverse * residual with a constant inverse, or z as `solved` assigns it where the residual is piecewise
@@ -152,68 +170,70 @@ def written(w: Writer, expressions: dict[Symbol, Expr]) -> Assignments:
     return [both for s, e in expressions.items() for both in assign(w.components(s), w.hoisted(w.vector(e)))]
 
 
-def predicted(k: int) -> Symbol:
-    """Symbol of a balance's predictor, a displacement at z = 0; k counts them where a force takes two displacements."""
-    return Symbol(f"u_*star{k or ''}")
-
-
 def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symbol]) -> BalanceStep:
-    """One balance; it is iterated if its force depends on z and is nonlinear."""
-    z = w.components(stage.z)
-    at_zero = dict.fromkeys(z, Integer(0))
+    """The balances of one stage; they are iterated if a force depends on z and is nonlinear."""
+    z = unknowns(w, stage)
+    at_zero, parts = dict.fromkeys(z, Integer(0)), split(w, z)
 
     def solved(e: Expr) -> Matrix:
         return w.vector(e.subs(stage.in_z, simultaneous=True))
 
-    inertia = w.motion.mass * solved(stage.balance.inertia) + w.motion.damping * solved(stage.balance.damping)
-    still = inertia.subs(at_zero) - w.vector(stage.balance.load)  # the residual at z = 0, without the internal force
+    def each(of: Callable[[Balance], Matrix]) -> Matrix:
+        return Matrix.vstack(*map(of, stage.balances))
+
+    inertia = each(lambda b: w.motion.mass * solved(b.inertia) + w.motion.damping * solved(b.damping))
+    still = inertia.subs(at_zero) - each(lambda b: w.vector(b.load))  # the residual at z = 0, without internal force
     slope = free = inertia.jacobian(z)  # the residual's derivative by z, without that of the internal force
-    moved = sorted(stage.moved, key=str)
-    reach: dict[Symbol, Expr] = {}
-    before: Assignments = []
-    after: Assignments = []
-    for number, s in enumerate(moved):
-        whole, predictor = w.hoisted(solved(s)), w.components(predicted(number))
-        w.instants |= {predicted(number): w.instants[s]} if s in w.instants else {}
-        reach[s] = whole[0].diff(z[0])
-        before += assign(predictor, whole.subs(at_zero))
-        after += assign(w.components(s), predictor + reach[s] * z)
-    reached = list(after)
-    after += written(w, {s: e for s, e in stage.in_z.items() if s in wanted and s not in reach})
-    by_rate, rate_slope = _rate_force(w, solved(stage.balance.damping), z)
-    if (stage.c_u == 0 or w.motion.linear) and rate_slope.is_zero_matrix:
-        force = stage.balance.force.subs({s: predicted(number) for number, s in enumerate(moved)})
-        displacement = stage.balance.force.replace(N, lambda u: u).replace(N_discrete, lambda u0, u1: (u0 + u1) / 2)
-        for s, c_u in reach.items() if w.motion.linear else ():
-            slope = slope + displacement.diff(s) * c_u * w.motion.tangent([Integer(0)] * w.size)
-        residual = w.hoisted(still + by_rate + w.vector(force))
-        return BalanceStep(k, z, before, [], residual, slope, w.inverse(slope), None, Integer(0), after, free)
+    reach, before, after = reached(w, stage, z, lambda e: w.hoisted(solved(e)))
+    moves = list(after)
+    after = after + written(w, {s: e for s, e in stage.in_z.items() if s in wanted and s not in reach})
+    by_rate = each(lambda b: _rate_force(w, solved(b.damping), z)[0])
+    rate_slope = each(lambda b: _rate_force(w, solved(b.damping), z)[1])
+    if (not stage.moved or w.motion.linear) and rate_slope.is_zero_matrix:
+        names = {s: predicted(number) for number, s in enumerate(reach)}
+        tangent = w.motion.tangent([Integer(0)] * w.size) if w.motion.linear else Matrix()
+        for s, by_z in reach.items():
+            slope = slope + each(
+                lambda b, s=s, by_z=by_z: Matrix.hstack(*(_displacement(b).diff(s) * c * tangent for c in by_z))
+            )
+        residual = w.hoisted(still + by_rate + each(lambda b: w.vector(b.force.subs(names))))
+        if stage.alone:
+            return BalanceStep(k, z, before, [], residual, slope, w.inverse(slope), None, Integer(0), after, free)
+        found = BalanceStep(k, z, before, [], residual, slope, w.hoisted(slope), None, Integer(0), after, free)
+        right = found.residual_names
+        eliminated = _eliminated(found.inverse, right, z, -S.One)
+        return replace(found, solved=[*assign(right, residual), *eliminated])
     mixed, forces, known, by_z = _moving_force(w, stage, reach)
-    per_mass, of_rate = _per_mass(w.motion), not rate_slope.is_zero_matrix
+    per_mass, of_rate = _per_mass(w.motion) * len(stage.z), not rate_slope.is_zero_matrix
     slope, plain, forces, by_z, still = (
         _scaled(w, per_mass, matrix) for matrix in (slope, forces, forces + by_rate, by_z + rate_slope, still + known)
     )
     rest = w.hoisted(still)
     residual, begun = slope * z + forces, plain
     if any(e != 0 for e in rest):
-        before += assign(w.components(Symbol("r")), rest)
-        residual, begun = residual + w.components(Symbol("r")), begun + w.components(Symbol("r"))
-    if w.motion.scene.laws and w.size == 1:
-        at = residual.subs(dict(mixed)).subs(dict(reached))[0]
+        r = Matrix([s for number in range(len(parts)) for s in w.components(Symbol(f"r{number or ''}"))])
+        before += assign(r, rest)
+        residual, begun = residual + r, begun + r
+    if w.motion.scene.laws and len(z) == 1:
+        at = residual.subs(dict(mixed)).subs(dict(moves))[0]
         if (found := root(at, z[0], w)) is not None:
             elastic = slope + _scaled(w, per_mass, _elastic(w, stage, reach))
             return BalanceStep(
                 k, z, before, [], residual, slope, elastic, None, Integer(0), after, free, solved=[(z[0], found)]
             )
-    c_u = next(iter(reach.values()), h * stage.c_v)  # where only the velocity moves, what it would do to u
+    if not stage.alone:
+        first, far = begun_together(w, stage, reach, last, solved)
+        matrices = w.hoisted(residual), w.hoisted(slope + by_z), Matrix()
+        return BalanceStep(k, z, before, moves + mixed, *matrices, first, far, after, slope)
+    (c_u,) = next(iter(reach.values()), [h * stage.c_v()])  # where only the velocity moves, what it would do to u
     if of_rate:  # as if there were no such force, since its slope at rest may have no bound
-        first = -w.inverse(slope) * w.hoisted(begun.subs(dict(mixed)).subs(dict(reached)).subs(at_zero))
+        first = -w.inverse(slope) * w.hoisted(begun.subs(dict(mixed)).subs(dict(moves)).subs(at_zero))
     else:
         one_over = w.reciprocal(solved(next(iter(reach)))[0].diff(z[0]), c_u)
         first = (w.components(last) - w.components(predicted(0))) * one_over
     bends = bool(w.motion.scene.laws) and w.size == 1
     return BalanceStep(
-        k, z, before, reached + mixed, w.hoisted(residual), w.hoisted(slope + by_z), Matrix(), first, c_u, after, slope,
+        k, z, before, moves + mixed, w.hoisted(residual), w.hoisted(slope + by_z), Matrix(), first, c_u, after, slope,
         bounds=[(Symbol(f"low_{k}"), -oo), (Symbol(f"high_{k}"), oo)] if bends else [],
     )  # fmt: skip
 
@@ -225,12 +245,17 @@ def _rate_force(w: Writer, speed: Matrix, z: Matrix) -> tuple[Matrix, Matrix]:
     return force, _jacobian(force, z)
 
 
-def _elastic(w: Writer, stage: Stage, reach: dict[Symbol, Expr]) -> Matrix:
+def _displacement(balance: Balance) -> Expr:
+    """The displacement that the balance takes the internal force at, of a linear one."""
+    return balance.force.replace(N, lambda u: u).replace(N_discrete, lambda u0, u1: (u0 + u1) / 2)
+
+
+def _elastic(w: Writer, stage: Stage, reach: Reach) -> Matrix:
     """The derivative by z of the internal force before any law is strained."""
-    displacement = stage.balance.force.replace(N, lambda u: u)
+    displacement = _displacement(stage.balances[0])
     tangent = w.motion.tangent_at_start([Integer(0)] * w.size)
     total = zeros(w.size)
-    for s, c_u in reach.items():
+    for s, (c_u,) in reach.items():
         total += displacement.diff(s) * c_u * tangent
     return total
 
@@ -256,24 +281,26 @@ def _distributed(w: Writer, factor: Expr, e: Expr) -> Expr:
     return Add(*(factor * term for term in terms)) if all(known) else factor * e
 
 
-def _moving_force(w: Writer, stage: Stage, reach: dict[Symbol, Expr]) -> tuple[Assignments, Matrix, Matrix, Matrix]:
+def _moving_force(w: Writer, stage: Stage, reach: Reach) -> tuple[Assignments, Matrix, Matrix, Matrix]:
     """Mixed displacements that depend on z; forces that depend on z and that do not; the former's derivative by z."""
-    force = stage.balance.force
-    arguments = sorted({a for atom in force.atoms(N, N_discrete) for a in atom.args if not a.is_Symbol}, key=str)
+    given = [balance.force for balance in stage.balances]
+    arguments = sorted(
+        {a for e in given for atom in e.atoms(N, N_discrete) for a in atom.args if not a.is_Symbol}, key=str
+    )
     names = {a: Symbol(f"u_*mix{k}") for k, a in enumerate(a for a in arguments if a.free_symbols & stage.moved)}
     w.instants |= {name: a.subs({**w.instants, h: 1}) for a, name in names.items()}
-    force = force.subs(names)
+    given = [e.subs(names) for e in given]
     follows = {*stage.moved, *names.values()}
-    known = force.subs({a: 0 for a in force.atoms(N, N_discrete) if a.free_symbols & follows})
-    forces = w.vector(force - known)
-    by_z = zeros(w.size)
-    for s, c_u in reach.items():
+    known = [e.subs({a: 0 for a in e.atoms(N, N_discrete) if a.free_symbols & follows}) for e in given]
+    forces = Matrix.vstack(*(w.vector(e - rest) for e, rest in zip(given, known, strict=True)))
+    by_z = zeros(len(forces))
+    for s, by_own in reach.items():
         by_s = _jacobian(forces, w.components(s))
         for a, name in names.items():
             by_s += _jacobian(forces, w.components(name)) * w.vector(a).jacobian(w.components(s))
-        by_z += by_s.applyfunc(lambda e, c_u=c_u: _distributed(w, c_u, e))
+        by_z += Matrix.hstack(*(by_s.applyfunc(lambda e, c=c: _distributed(w, c, e)) for c in by_own))
     mixed = [both for a, name in names.items() for both in assign(w.components(name), w.hoisted(w.vector(a)))]
-    return mixed, forces, w.vector(known), by_z
+    return mixed, forces, Matrix.vstack(*map(w.vector, known)), by_z
 
 
 def _jacobian(forces: Matrix, by: Matrix) -> Matrix:

@@ -110,13 +110,13 @@ class Body:
         for stage in found:
             make = general_step if motion.general else balance_step
             step = make(w, len(steps), stage, last, wanted)
-            moves = {s for a in stage.balance.force.atoms(N) for s in a.free_symbols}
+            moves = {s for b in stage.balances for a in b.force.atoms(N) for s in a.free_symbols}
             for end in (x for x in ends if motion.memory and x.u in moves and x.u not in w.committed):
                 at = w.instants[end.u]
                 inside = true if end.always else (list(w.committed.values())[-1] < at) & (at < 1)
                 step = replace(step, commits=[*step.commits, *w.commit(end.u, at, inside)])
             steps.append(step)
-            last = next(iter(stage.moved), last)
+            last = (stage.moved_by(-1) or [last])[-1]
         free, more, reactions = kept(w, lowered)
         steps[-1] = replace(steps[-1], after=[*steps[-1].after, *more])
         shift = _shifted(w, near.state, free)
@@ -129,8 +129,8 @@ class Body:
         energy = w.hoist(motion.energy.subs({**at, **committed, t: w.instant(Integer(1))}, simultaneous=True))
         estimates = [w.vector(e) for e in errors]
         for stage, step in list(zip(found, steps, strict=True))[::-1]:
-            if stage.c_u != 0:  # the last implicit balance
-                estimates = [step.filtered(e) for e in estimates]
+            if stage.moved:  # the last implicit balance, whose effective mass filters, if it has one of its own
+                estimates = [step.filtered(e) for e in estimates] if stage.alone else estimates
                 break
         estimates = tuple(w.hoisted(e) for e in estimates)
         start = _start(scheme, motion) if scheme.start_scheme is None else None
@@ -190,7 +190,8 @@ class Body:
         for step in self.steps:
             parts.append(Part(step.before))
             if step.solved:
-                parts.append(Part(step.solved))
+                # of an elimination, which assigns more than z, each on its own
+                parts.append(Part(step.solved, named=len(step.solved) == len(step.z)))
             elif step.first is None:
                 R = step.residual_names
                 parts += [Part(assign(R, step.residual)), Part(assign(step.z, -step.inverse * R), named=False)]
@@ -310,9 +311,9 @@ def _wanted(
     """Symbols of the new step that a balance, the next step or the report reads; damped: the scene has damping."""
     wanted = {s for e in outputs for s in e.free_symbols} | {successor(s) for s in scheme.state}
     for stage in found:
-        own, balance = {*stage.in_z, stage.z}, stage.balance
-        read = {s for e in (*stage.in_z.values(), balance.inertia, balance.force) for s in e.free_symbols}
-        read |= balance.damping.free_symbols if damped else set()
+        own = {*stage.in_z, *stage.z}
+        taken = [e for b in stage.balances for e in (b.inertia, b.force, *([b.damping] if damped else []))]
+        read = {s for e in (*stage.in_z.values(), *taken) for s in e.free_symbols}
         wanted |= {s for s in read - own if knot_of(s)}
     for e in prior.values():
         wanted |= {s for s in e.free_symbols if knot_of(s)}

@@ -12,21 +12,22 @@ of each of them, of which C then multiplies the same mixture. The time is that a
 passes the displacement. The row is multiplied by the mass at the one knot that depends on the unknown.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from sympy import Abs, Dummy, Expr, Integer, Matrix, Symbol, factor, sympify, zeros
+from sympy import Abs, Dummy, Expr, Integer, Matrix, Symbol, diag, factor, sympify, zeros
 
 from ..declare.errors import DeclarationError
 from ..declare.law import slope
-from ..declare.scheme import Scheme
+from ..declare.scheme import Balance, Scheme
 from ..declare.symbols import K0, C, K_t, M, N, N_discrete, h, knot, knot_of
 from ..motion.components import Assignments, Writer, assign, drawn_out
 from ..motion.equations import EquationsOfMotion, solved
 from ..step.step import Stage, Step
 from ..step.times import moved
-from .balance_step import BalanceStep, predicted, written
+from .balance_step import BalanceStep, written
 from .reactions import by_velocity, joined, of_balance, pushed
+from .together import Reach, begun_together, combined, predicted, reached, split, unknowns
 
 
 @dataclass(frozen=True)
@@ -58,19 +59,35 @@ def refuse(scheme: Scheme, motion: EquationsOfMotion) -> None:
 
 
 def general_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symbol]) -> BalanceStep:
-    """One balance; it is iterated if its force depends on the unknown, or if it has reactions."""
+    """The balances of one stage; they are iterated if a force depends on the unknown, or if they have reactions."""
     w.unknown = w.acting = of_balance(w.motion.scene, k)
     at = _At(w, k, stage)
-    z, before, reached, reach = at.z, Assignments(), Assignments(), dict[Symbol, Expr]()
-    for number, s in enumerate(sorted(stage.moved, key=str)):
-        whole, predictor = at.in_z(s), w.components(predicted(number))
-        reach[s] = whole[0].diff(z[0])
-        before += assign(predictor, at.at_rest(whole))
-        reached += assign(w.components(s), predictor + reach[s] * z)
-    after = reached + written(w, {s: e for s, e in stage.in_z.items() if s in wanted and s not in reach})
-    inertia, places = at.in_z(stage.balance.inertia), _places(stage, w)
+    reach, before, moves = reached(w, stage, at.z, at.in_z)
+    after = moves + written(w, {s: e for s, e in stage.in_z.items() if s in wanted and s not in reach})
+    rows = [_row(at, balance) for balance in stage.balances]
+    if any(place is None for _, place, _ in rows):
+        if not stage.alone:
+            raise DeclarationError(
+                f"{w.scheme.name} solves balances together: expected each of them to take the force at a displacement "
+                f"that moves, on {w.motion.scene.name}, whose equation of motion is taken there; take another scheme"
+            )
+        nothing, ((inertia, *_),) = zeros(w.size), rows
+        explicit = assign(at.z, w.hoisted(-at.at_rest(inertia) / inertia[0].diff(at.z[0])))
+        return BalanceStep(
+            k, at.z, before, [], zeros(w.size, 1), nothing, nothing, None, Integer(0), after, nothing, solved=explicit
+        )
+    found = _iterated(at, last, rows, reach)
+    return replace(found, before=before + found.before, moving=moves + found.moving, after=after + found.after)
+
+
+Taken = tuple[Matrix, "Place | None", Matrix]  # inertia with the known accelerations, the place that moves, the load
+
+
+def _row(at: "_At", balance: Balance) -> Taken:
+    """What a balance takes of the equation of motion."""
+    w, inertia, places = at.w, at.in_z(balance.inertia), _places(balance, at.w)
     moving = [place for place in places if at.moves(place)] or (places[-1:] if w.unknown else [])
-    load = w.vector(stage.balance.load) / sum((place.weight for place in places), Integer(0))
+    load = w.vector(balance.load) / sum((place.weight for place in places), Integer(0))
     for place in places:
         if place not in moving:
             inertia += at.acceleration(place, at.in_z(place.u), at.in_z(place.v), load)
@@ -80,87 +97,114 @@ def general_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
             f"got {len(moving)} such on {w.motion.scene.name}, where the equation of motion is taken at each; take "
             "another scheme"
         )
-    if moving:
-        found = _iterated(at, last, moving[0], inertia, load, reach)
-        return replace(found, before=before + found.before, moving=reached + found.moving, after=after + found.after)
-    nothing = zeros(w.size)
-    explicit = assign(z, w.hoisted(-at.at_rest(inertia) / inertia[0].diff(z[0])))
-    return BalanceStep(
-        k, z, before, [], zeros(w.size, 1), nothing, nothing, None, Integer(0), after, nothing, solved=explicit
-    )
+    return inertia, moving[0] if moving else None, load
 
 
-def _iterated(
-    at: "_At", last: Symbol, place: Place, inertia: Matrix, load: Matrix, reach: Mapping[Symbol, Expr]
-) -> BalanceStep:
-    """The balance that is iterated, without what is computed of displacements; inertia: with the known accelerations.
+def _iterated(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach) -> BalanceStep:
+    """The balances that are iterated, without what is computed of displacements.
 
-    last: the displacement last solved for. reach: of each displacement that moves with z, its derivative by it.
+    last: the displacement last solved for.
     """
     w, z = at.w, at.z
+    parts = split(w, z)
     before, within = Assignments(), Assignments()
-    vectors = [(w.components(s), c) for s, c in reach.items()]  # that move with z, and their derivatives by it
+    vectors = [(w.components(s), by_z) for s, by_z in reach.items()]  # that move with z, and their derivatives by it
 
-    def named(kind: str, whole: Matrix, where: str = "at") -> Matrix:
+    def by_z(whole: Matrix) -> list[Expr]:
+        return [whole[0].diff(part[0]) for part in parts]
+
+    def named(kind: str, whole: Matrix, number: int, where: str = "at") -> Matrix:
         """Names of a vector that moves with z, assigned in every iteration from its value at z = 0."""
-        name, star = (w.components(Symbol(f"{kind}_*{label}")) for label in (where, f"{where}star"))
+        name, star = (w.components(Symbol(f"{kind}_*{label}{number or ''}")) for label in (where, f"{where}star"))
         before.extend(assign(star, w.hoisted(at.at_rest(whole))))
-        within.extend(assign(name, star + whole[0].diff(z[0]) * z))
+        within.extend(assign(name, combined(star, by_z(whole), parts)))
         return name
 
-    u, v = at.in_z(place.u), at.in_z(place.v)
-    if isinstance(place.u, Symbol) and u.has(*z):
-        u = w.components(place.u)
-    elif u.has(*z):
-        vectors.append((w.components(Symbol("u_*at")), u[0].diff(z[0])))
-        u = vectors[-1][0]
-        within += assign(u, w.hoisted(w.vector(place.u)))
-    if w.motion.of_rates and v.has(*z):
-        vectors.append((named("v", v), v[0].diff(z[0])))
-        v = vectors[-1][0]
-    c_a, rest = inertia[0].diff(z[0]), w.hoisted(at.at_rest(inertia))
-    a = z if rest.is_zero_matrix and c_a == 1 else named("a", inertia)
-    if w.strengths:
-        w.acting = w.unknown * w.constant(c_a / place.weight)
-    mass, force = at.equation(place, u, v)
-    residual, jacobian = mass * a + place.weight * (force - load), c_a * mass
-    for names, rate in vectors:
-        jacobian += Matrix([[slope(e, s) for s in names] for e in residual]) * rate
+    residuals, jacobians, accelerations, free = list[Matrix](), list[Matrix](), list[Matrix](), list[Matrix]()
+    for number, (inertia, place, load) in enumerate(rows):
+        assert place is not None
+        u, v = at.in_z(place.u), at.in_z(place.v)
+        if isinstance(place.u, Symbol) and u.has(*z):
+            u = w.components(place.u)
+        elif u.has(*z):
+            vectors.append((w.components(Symbol(f"u_*at{number or ''}")), by_z(u)))
+            u = vectors[-1][0]
+            within += assign(u, w.hoisted(w.vector(place.u)))
+        if w.motion.of_rates and v.has(*z):
+            vectors.append((named("v", v, number), by_z(v)))
+            v = vectors[-1][0]
+        c_a, rest = by_z(inertia), w.hoisted(at.at_rest(inertia))
+        plain = rest.is_zero_matrix and c_a == [Integer(j == number) for j in range(len(parts))]
+        a = parts[number] if plain else named("a", inertia, number)
+        if w.strengths:
+            w.acting = w.unknown * w.constant(c_a[number] / place.weight)
+        mass, force = at.equation(place, u, v)
+        residuals.append(mass * a + place.weight * (force - load))
+        jacobian = Matrix.hstack(*(c * mass for c in c_a))
+        for names, rates in vectors:
+            slopes = Matrix([[slope(e, s) for s in names] for e in residuals[-1]])
+            jacobian += Matrix.hstack(*(slopes * rate for rate in rates))
+        jacobians.append(jacobian)
+        accelerations.append(a)
+        free.append(c_a[number] * mass)
+    residual, jacobian = Matrix.vstack(*residuals), Matrix.vstack(*jacobians)
     after = Assignments()
     if w.unknown:
-        s, velocity = moved(Step.of(w.scheme), at.stage)
-        c_u, where = reach.get(s, Integer(0)), w.components(s)
-        speed = at.in_z(velocity) if by_velocity(w.motion) else zeros(w.size, 1)
-        c_v: Expr = Integer(0) + speed[0].diff(z[0])
-        if c_v != 0:
-            speed = named("v", speed, "held")
-            vectors.append((speed, c_v))
-        residual, jacobian = joined(w, at.k, at.stage, (residual, jacobian), (where, c_u), (speed, c_v))
-        w.reactions[s] = zeros(len(w.unknown), 1) if w.strengths else w.unknown
-        if w.strengths:
-            after += pushed(w, at.k, where, w.when(s))
-    steady = _Steady(at.k, {s for m in (z, a, w.unknown, *(names for names, _ in vectors)) for s in m.free_symbols})
+        held, (residual, jacobian), after = _with_reactions(at, reach, (residual, jacobian), named)
+        vectors.append((held, []))
+    moving = (z, *accelerations, w.unknown, *(names for names, _ in vectors))
+    steady = _Steady(at.k, {s for m in moving for s in m.free_symbols})
     residual, jacobian = (w.hoisted(m).applyfunc(steady.without) for m in (residual, jacobian))
-    c_u, first = next(iter(reach.values()), Integer(0)), zeros(w.size, 1)
-    if w.motion.bends_at_rest:  # as if there were no force of the rates, whose slope may have no bound at the last z
-        still = at.acceleration(place, at.at_rest(at.in_z(place.u)), zeros(w.size, 1), load)
-        first = w.hoisted(-(rest + still) / c_a).subs(dict(zip(w.unknown, w.latest, strict=True)))
-    elif c_u != 0:
-        first = (w.components(last) - w.components(predicted(0))) * w.reciprocal(c_u, c_u)
-    far = Abs(c_u) + Abs(h * at.stage.c_v) if w.motion.of_rates or by_velocity(w.motion) else c_u
+    first, far = _begun(at, last, rows, reach)
     before += steady.assignments
     first, w.latest, scene = Matrix([*first, *w.latest]), w.unknown, w.motion.scene
     return BalanceStep(
-        at.k, Matrix([*z, *w.unknown]), before, within, residual, jacobian, Matrix(), first, far, after, c_a * mass,
+        at.k, Matrix([*z, *w.unknown]), before, within, residual, jacobian, Matrix(), first, far, after, diag(*free),
         multipliers=len(w.unknown), bounded=len(scene.contacts) + len(scene.frictions),
     )  # fmt: skip
 
 
+def _with_reactions(
+    at: "_At", reach: Reach, balance: tuple[Matrix, Matrix], named: Callable[[str, Matrix, int, str], Matrix]
+) -> tuple[Matrix, tuple[Matrix, Matrix], Assignments]:
+    """Residual and its derivative with the rows of reactions, and what is computed of these once they are known.
+
+    First the velocity at the knot where the balance takes the force, by the names that `named` has given it.
+    """
+    w, (s, velocity) = at.w, moved(Step.of(at.w.scheme), at.stage)
+    where, (c_u,) = w.components(s), reach.get(s, [Integer(0)])
+    speed = at.in_z(velocity) if by_velocity(w.motion) else zeros(w.size, 1)
+    c_v: Expr = Integer(0) + speed[0].diff(at.z[0])
+    if c_v != 0:
+        speed = named("v", speed, 0, "held")
+    found = joined(w, at.k, at.stage, balance, (where, c_u), (speed, c_v))
+    w.reactions[s] = zeros(len(w.unknown), 1) if w.strengths else w.unknown
+    return speed, found, pushed(w, at.k, where, w.when(s)) if w.strengths else Assignments()
+
+
+def _begun(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach) -> tuple[Matrix, Expr]:
+    """Where the iteration starts, and how far an acceleration moves a displacement."""
+    w, z, stage = at.w, at.z, at.stage
+    if not stage.alone:
+        return begun_together(w, stage, reach, last, at.in_z)
+    ((inertia, place, load),), (c_u,) = rows, next(iter(reach.values()), [Integer(0)])
+    first = zeros(w.size, 1)
+    if w.motion.bends_at_rest:  # as if there were no force of the rates, whose slope may have no bound at the last z
+        assert place is not None
+        still = at.acceleration(place, at.at_rest(at.in_z(place.u)), zeros(w.size, 1), load)
+        first = w.hoisted(-(w.hoisted(at.at_rest(inertia)) + still) / inertia[0].diff(z[0]))
+        first = first.subs(dict(zip(w.unknown, w.latest, strict=True)))
+    elif c_u != 0:
+        first = (w.components(last) - w.components(predicted(0))) * w.reciprocal(c_u, c_u)
+    by_rates = w.motion.of_rates or by_velocity(w.motion)
+    return first, Abs(c_u) + Abs(h * stage.c_v()) if by_rates else c_u
+
+
 class _At:
-    """Evaluates what a balance takes at a knot."""
+    """Evaluates what the balances of a stage take at a knot."""
 
     def __init__(self, w: Writer, k: int, stage: Stage) -> None:
-        self.w, self.k, self.stage, self.z = w, k, stage, w.components(stage.z)
+        self.w, self.k, self.stage, self.z = w, k, stage, unknowns(w, stage)
 
     def at_rest(self, vector: Matrix) -> Matrix:
         """The vector at z = 0."""
@@ -217,12 +261,11 @@ class _Steady:
         return [(name, e) for e, name in self.named.items()]
 
 
-def _places(stage: Stage, w: Writer) -> list[Place]:
+def _places(balance: Balance, w: Writer) -> list[Place]:
     """Where the balance takes the equation of motion.
 
     Raises DeclarationError where it takes it at several knots, and what C multiplies is not the same mixture of theirs.
     """
-    balance = stage.balance
     marks: dict[Expr, Dummy] = {atom: Dummy() for atom in sorted(balance.force.atoms(N, N_discrete), key=str)}
     force = balance.force.subs(marks)
     weights = {atom: factor(force.diff(mark)) for atom, mark in marks.items()}

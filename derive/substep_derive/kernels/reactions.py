@@ -65,6 +65,11 @@ def by_velocity(motion: EquationsOfMotion) -> bool:
 def _require_holding(scheme: Scheme, motion: EquationsOfMotion) -> None:
     """Raises DeclarationError for a scheme whose balances do not move what the scene's reactions hold."""
     step, scene = Step.of(scheme), motion.scene
+    if not all(stage.alone for stage in step.stages):
+        raise DeclarationError(
+            f"{scheme.name} solves balances together: expected balances that are solved one after the other on a scene "
+            "with constraints, contacts or friction; take another scheme, or a scene without"
+        )
     if scene.impulsive or by_velocity(motion):
         impulses(step)
     missing = [s for s in knot(0)[:2] if s not in step.state]
@@ -78,7 +83,7 @@ def _require_holding(scheme: Scheme, motion: EquationsOfMotion) -> None:
     on_positions = len(scene.constraints) - sum(motion.held.of_rates)
     on_positions += sum(contact.restitution is None for contact in scene.contacts.values())
     found = prescribed(scheme) if on_positions else None
-    if found and any(stage.c_u == 0 for stage in step.stages):
+    if found and not all(stage.moved for stage in step.stages):
         raise DeclarationError(
             f"{scheme.name} is explicit: expected each balance to move the displacement that it takes the force at, so "
             "that its reaction holds a constraint there; take an implicit scheme, or a scene without constraints"

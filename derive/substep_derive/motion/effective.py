@@ -1,10 +1,12 @@
 """Step -> EffectiveSystem: effective stiffness, residual and recovery of v and a of each balance, as in papers."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cache
 
-from sympy import Expr, Symbol, factor
+from sympy import Expr, Matrix, Symbol, cancel, factor
 
+from ..algebra.constant import reduced
 from ..declare.scheme import Scheme
 from ..declare.symbols import C, M
 from ..step.step import Stage, Step, affine
@@ -21,6 +23,8 @@ class EffectiveSystem:
     recover_v, recover_a: velocity and acceleration at the balance from the solved unknown.
     effective_mass: derivative of the residual by the new acceleration z, c_a M + c_v C + c_u K_t;
     c_u, c_v, c_a: derivatives of displacement, velocity and inertia by z.
+    beside: of a balance that is solved with others, the derivatives of its residual by their unknowns: with these, its
+    row in the effective stiffness of all of them.
     """
 
     unknown: Symbol
@@ -33,41 +37,55 @@ class EffectiveSystem:
     c_u: Expr
     c_v: Expr
     c_a: Expr
+    beside: Mapping[Symbol, Expr] = field(default_factory=dict[Symbol, Expr])
 
     @property
     def explicit(self) -> bool:
-        """Whether the internal force does not depend on the unknown acceleration."""
-        return self.c_u == 0
+        """Whether no internal force depends on the unknown acceleration."""
+        return self.c_u == 0 and not self.beside
 
 
 @cache
 def effective_systems(scheme: Scheme) -> tuple[EffectiveSystem, ...]:
     """The effective system of each balance. Raises DeclarationError as `Step.stages` does."""
-    return tuple(_effective(stage, scheme.name) for stage in Step.of(scheme).stages)
+    step = Step.of(scheme)
+    found = {
+        j: _effective(stage, k, scheme.name)
+        for places, stage in zip(step.together, step.stages, strict=True)
+        for k, j in enumerate(places)
+    }
+    return tuple(found[j] for j in sorted(found))
 
 
-def _effective(stage: Stage, scheme: str) -> EffectiveSystem:
-    balance, z, in_z = stage.balance, stage.z, stage.in_z
+def _effective(stage: Stage, k: int, scheme: str) -> EffectiveSystem:
+    balance, unknowns, by_unknown = stage.balances[k], stage.z, stage.in_z
     residual = M * balance.inertia + C * balance.damping + balance.force - balance.load
-    if len(stage.moved) == 1 and stage.c_u != 0:
-        (unknown,) = stage.moved
-        free = [s for s in (*in_z, z) if s != unknown]
-        by_unknown = affine(stage.relations, free, scheme)
-    else:
-        unknown, by_unknown = z, in_z
+    moved = [stage.moved_by(j) for j, _ in enumerate(stage.z)]
+    own = tuple(dict.fromkeys(s for symbols in moved for s in symbols))
+    if all(len(symbols) == 1 for symbols in moved) and len(own) == len(moved):
+        by_z = Matrix([[stage.in_z[s].diff(z) for z in stage.z] for s in own])
+        if reduced(cancel(by_z.det())) != 0:
+            unknowns = own
+            by_unknown = affine(stage.relations, [s for s in (*stage.in_z, *stage.z) if s not in unknowns], scheme)
+    unknown = unknowns[k]
     residual = residual.subs(by_unknown)
-    inertia, damping = balance.inertia.subs(by_unknown), balance.damping.subs(by_unknown)
-    tangent = balance.force.subs(by_unknown).diff(unknown)
-    c_v, c_a = stage.c_v, stage.c_a
+    inertia, damping, force = (e.subs(by_unknown) for e in (balance.inertia, balance.damping, balance.force))
+
+    def stiffness(s: Symbol) -> Expr:
+        return M * factor(inertia.diff(s)) + C * factor(damping.diff(s)) + force.diff(s)
+
+    c_u, c_v, c_a = stage.c_u(k), stage.c_v(k), stage.c_a(k)
+    tangent = force.diff(unknown)
     return EffectiveSystem(
         unknown=unknown,
         residual=residual,
         tangent=tangent,
-        effective_stiffness=M * factor(inertia.diff(unknown)) + C * factor(damping.diff(unknown)) + tangent,
+        effective_stiffness=stiffness(unknown),
         recover_v=damping,
         recover_a=inertia,
-        effective_mass=c_a * M + c_v * C + stage.c_u * tangent,
-        c_u=stage.c_u,
+        effective_mass=stiffness(unknown) if unknown in stage.z else c_a * M + c_v * C + c_u * tangent,
+        c_u=c_u,
         c_v=c_v,
         c_a=c_a,
+        beside={s: stiffness(s) for s in unknowns if s != unknown},
     )

@@ -175,24 +175,29 @@ class _Writer:
 
     def balance(self, stage: Stage) -> None:
         """The balance as a system for its z; one whose inertia has matrices in it as two, see the module."""
+        if not stage.alone:
+            raise self._refused(
+                "balances that are solved one after the other",
+                f"{len(stage.z)} that are solved together; take a composite scheme, or march it on a scene",
+            )
+        (balance,), (z,) = stage.balances, stage.z
         for s, e in stage.in_z.items():
-            if e.diff(stage.z).free_symbols & set(MATRICES):
-                raise self._refused(f"{s} to depend on {stage.z} by a number", e.diff(stage.z))
+            if e.diff(z).free_symbols & set(MATRICES):
+                raise self._refused(f"{s} to depend on {z} by a number", e.diff(z))
             self.combine(s, e)
-        b = stage.balance
-        forces, differences = self._forces(b.force)
-        loads = tuple((w, cast(Expr, atom.args[0])) for atom, w in self._terms(b.load))
-        system = System(stage.z, {}, self.row(b.damping), {}, forces, differences, loads)
-        terms = [(self._vector(s), coefficient) for s, coefficient in self._terms(b.inertia)]
+        forces, differences = self._forces(balance.force)
+        loads = tuple((w, cast(Expr, atom.args[0])) for atom, w in self._terms(balance.load))
+        system = System(z, {}, self.row(balance.damping), {}, forces, differences, loads)
+        terms = [(self._vector(s), coefficient) for s, coefficient in self._terms(balance.inertia)]
         if not any(coefficient.free_symbols & set(MATRICES) for _, coefficient in terms):
             self.operations.append(replace(system, inertia=dict(terms)))
             return
-        if stage.c_u != 0 or stage.balance.damping.subs(stage.in_z).has(stage.z):
-            raise self._refused("an explicit balance where its inertia contains matrices", b.inertia)
+        if stage.c_u() != 0 or balance.damping.subs(stage.in_z).has(z):
+            raise self._refused("an explicit balance where its inertia contains matrices", balance.inertia)
         quotients = [(s, self._quotient(coefficient)) for s, coefficient in terms]
         denominators = {den for _, (_, den) in quotients if den is not None}
         if len(denominators) != 1:
-            raise self._refused("one denominator in an inertia that contains matrices", b.inertia)
+            raise self._refused("one denominator in an inertia that contains matrices", balance.inertia)
         (den,) = denominators
         right = Symbol(f"w_{len(self.operations)}")  # M right = load - C damping - forces
         self.operations.append(replace(system, vector=right, inertia={right: Integer(1)}))
@@ -200,25 +205,26 @@ class _Writer:
         for s, (numerator, own) in quotients:
             parts = numerator if own is not None else tuple(cancel(numerator[0] * part) for part in den)
             if parts[0] != 0:
-                raise self._refused("numerators made of M, C and K0 only", b.inertia)
+                raise self._refused("numerators made of M, C and K0 only", balance.inertia)
             for row, part in zip(rows, parts[1:], strict=True):
                 if part != 0:
                     row[s] = part
         for row, part in zip(rows, den[1:], strict=True):
             if part != 0:
                 row[right] = -part
-        self.operations.append(System(stage.z, *rows))
+        self.operations.append(System(z, *rows))
 
     def commit(self, stage: Stage, ends: Iterable[SubStepEnd]) -> None:
         """Add to the last system, that of the stage, the commits of the sub-steps that end with it.
 
         The velocity there is that of the knot, or where the step has none that at which the stage takes the force.
         """
-        moves = {s for atom in stage.balance.force.atoms(N) for s in atom.free_symbols}
+        (balance,) = stage.balances
+        moves = {s for atom in balance.force.atoms(N) for s in atom.free_symbols}
         system, found = self.operations[-1], []
         for end in (end for end in ends if end.u in moves):
             v = knot((knot_of(end.u) or "")[1]).v
-            row = {v: Integer(1)} if v in self.instants else self.row(stage.balance.damping)
+            row = {v: Integer(1)} if v in self.instants else self.row(balance.damping)
             found.append(({end.u: Integer(1)}, row, self.instants[end.u]))
         if found:
             self.operations[-1] = replace(cast(System, system), commits=tuple(found))

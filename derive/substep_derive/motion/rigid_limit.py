@@ -114,10 +114,10 @@ class _RigidStep:
         z = lowered.accelerations
         at = [knot((knot_of(symbol) or ("", ""))[1]) for symbol in z]
         for k, balance, system in zip(at, scheme.balances, effective_systems(scheme), strict=True):
-            if (balance.inertia, balance.force) != (k.a, N(k.u)) or system.explicit:
+            if (balance.inertia, balance.force) != (k.a, N(k.u)) or system.explicit or system.beside:
                 raise DeclarationError(
-                    f"{scheme.name}: expected each balance at one knot, a_k with N(u_k), u_k depending on a_k; got "
-                    f"{balance.inertia} with {balance.force}, where u gains {system.c_u} times the acceleration. "
+                    f"{scheme.name}: expected each balance at one knot, a_k with N(u_k), u_k depending on it alone, "
+                    f"got {balance.inertia} with {balance.force}, where u gains {system.c_u} times the acceleration. "
                     "Collocate at a knot, and give its displacement by an implicit relation"
                 )
         if end not in at:

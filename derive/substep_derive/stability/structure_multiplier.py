@@ -164,8 +164,10 @@ def pencil(rows: Rows) -> tuple[Square, Square, Square] | None:
 
 def _solvable(rows: Rows) -> bool:
     """Whether the matrix of each balance, c_a M + c_v C + c_u K, is positive whatever M > 0, C >= 0, K >= 0 are."""
+    if not all(stage.alone for stage in rows.step.stages):
+        return False
     signs = [
-        [rows.field.sign(rows.field.number(c.subs(rows.values))) for c in (stage.c_a, stage.c_v, stage.c_u)]
+        [rows.field.sign(rows.field.number(c.subs(rows.values))) for c in (stage.c_a(), stage.c_v(), stage.c_u())]
         for stage in rows.step.stages
     ]
     return all(a > 0 and v >= 0 and u >= 0 for a, v, u in signs)

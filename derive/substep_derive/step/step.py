@@ -1,7 +1,8 @@
 """Scheme -> Step: a declaration lowered once, to the equations of its step and the order in which they are solved.
 
 All relations together make every new symbol affine in the balances' new accelerations z. A symbol belongs to the
-first balance that determines it; a balance may only read what earlier balances determined and its own z.
+first balance that determines it; a balance reads what earlier balances determined and its own z. Balances that read
+each other's z, as those of Gauss's methods do, are solved together, as one stage.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -20,35 +21,43 @@ from ..declare.symbols import C, M, N, N_discrete, f, knot, knot_of, successor
 
 @dataclass(frozen=True)
 class Stage:
-    """One balance, its new acceleration z, and what becomes known with it.
+    """Balances that are solved together, their new accelerations z, and what becomes known with them.
 
-    relations: those of the declared ones that belong to this stage. in_z: every other symbol of the stage, affine
-    in z and in the symbols of earlier stages. moved: those of them at which the balance takes the internal force.
+    It is one balance, unless several read each other's accelerations. relations: those of the declared ones that belong
+    to this stage. in_z: every other symbol of the stage, affine in z and in the symbols of earlier stages. moved: those
+    of them at which the balances take the internal force; none in an explicit stage.
     """
 
-    balance: Balance
-    z: Symbol
+    balances: tuple[Balance, ...]
+    z: tuple[Symbol, ...]
     relations: Mapping[Symbol, Expr]
     in_z: Mapping[Symbol, Expr]
     moved: frozenset[Symbol]
 
     @property
-    def c_u(self) -> Expr:
-        """The derivative by z of the displacement that moves with the balance; 0 for an explicit balance.
+    def alone(self) -> bool:
+        """Whether it is a single balance."""
+        return len(self.balances) == 1
+
+    def moved_by(self, k: int) -> list[Symbol]:
+        """The displacements among `moved` at which the k-th balance takes the internal force, by name."""
+        return sorted(_displacements(self.balances[k]) & self.moved, key=str)
+
+    def c_u(self, k: int = 0) -> Expr:
+        """The derivative by the k-th z of the displacement that moves with that balance; 0 for an explicit balance.
 
         Where the balance takes the force of a mixture, as at (1 - alpha_f) u_1 + alpha_f u_0, that is of u_1 itself.
         """
-        return factor(sum((self.in_z[s].diff(self.z) for s in self.moved if s in self.in_z), 0 * self.z))
+        slopes = (self.in_z[s].diff(self.z[k]) for s in self.moved_by(k) if s in self.in_z)
+        return factor(sum(slopes, 0 * self.z[k]))
 
-    @property
-    def c_v(self) -> Expr:
-        """The derivative by z of the velocity that the damping force is taken at."""
-        return factor(self.balance.damping.subs(self.in_z).diff(self.z))
+    def c_v(self, k: int = 0) -> Expr:
+        """The derivative by the k-th z of the velocity that the balance's damping force is taken at."""
+        return factor(self.balances[k].damping.subs(self.in_z).diff(self.z[k]))
 
-    @property
-    def c_a(self) -> Expr:
-        """The derivative by z of the inertia."""
-        return factor(self.balance.inertia.subs(self.in_z).diff(self.z))
+    def c_a(self, k: int = 0) -> Expr:
+        """The derivative by the k-th z of the balance's inertia."""
+        return factor(self.balances[k].inertia.subs(self.in_z).diff(self.z[k]))
 
 
 @dataclass(frozen=True)
@@ -117,35 +126,55 @@ class Step:
         return {s: e for s, e in self.solved.items() if self._level[s] == 0}
 
     @cached_property
+    def together(self) -> tuple[tuple[int, ...], ...]:
+        """Places of the balances that are solved together: that read each other's z, directly or through others."""
+        z, balances = self.accelerations, self.scheme.balances
+        reads = [
+            {j for j, zj in enumerate(z) if any(self.solved.get(s, s).has(zj) for s in b.symbols)} for b in balances
+        ]
+        for j, through in enumerate(reads):
+            for k, own in enumerate(reads):
+                own |= {k, *(through if j in own else ())}
+        return tuple(dict.fromkeys(tuple(j for j in sorted(own) if k in reads[j]) for k, own in enumerate(reads)))
+
+    @cached_property
     def _level(self) -> Mapping[Symbol, int]:
-        """For each new symbol the number of the balance that determines it, from 1 on, and 0 for none."""
+        """For each new symbol the number of the stage that determines it, from 1 on, and 0 for none."""
         z = self.accelerations
-        level = {s: max((k for k, zk in enumerate(z, start=1) if e.has(zk)), default=0) for s, e in self.solved.items()}
-        return level | {zk: k for k, zk in enumerate(z, start=1)}
+        of_z = {z[j]: k for k, places in enumerate(self.together, start=1) for j in places}
+        level = {s: max((k for zk, k in of_z.items() if e.has(zk)), default=0) for s, e in self.solved.items()}
+        return level | of_z
 
     @cached_property
     def stages(self) -> tuple[Stage, ...]:
-        """The balances in the order in which they are solved.
+        """The balances in the order in which they are solved, those together that read each other's accelerations.
 
-        Raises DeclarationError when a balance reads an acceleration that a later balance defines.
+        Raises DeclarationError when a balance reads an acceleration that a later balance defines, which does not read
+        its own.
         """
         level, found = self._level, []
-        for k, (balance, z) in enumerate(zip(self.scheme.balances, self.accelerations, strict=True), start=1):
-            if late := [s for s in sorted(balance.symbols, key=str) if level.get(s, 0) > k]:
-                raise DeclarationError(
-                    f"{self.scheme.name}: balance {k} reads {late[0]}, which depends on the acceleration of a later "
-                    "balance; write the balances in the order in which they are solved, each for its own acceleration"
-                )
+        for k, places in enumerate(self.together, start=1):
+            balances, z = (tuple(of[j] for j in places) for of in (self.scheme.balances, self.accelerations))
+            for j, balance in zip(places, balances, strict=True):
+                if late := [s for s in sorted(balance.symbols, key=str) if level.get(s, 0) > k]:
+                    raise DeclarationError(
+                        f"{self.scheme.name}: balance {j + 1} reads {late[0]}, which depends on the acceleration of a "
+                        "later balance; write the balances in the order in which they are solved"
+                    )
             own = {
                 s: e
                 for s, e in self.relations.items()
                 if max((level.get(x, 0) for x in (e - s).free_symbols), default=0) == k
             }
-            in_z = affine(own, [s for s in level if level[s] == k and s != z], self.scheme.name)
-            where = {arg for atom in balance.force.atoms(N, N_discrete) for arg in atom.args}
-            moved = frozenset(s for arg in where for s in arg.free_symbols if level.get(s) == k)
-            found.append(Stage(balance, z, MappingProxyType(own), in_z, moved))
+            in_z = affine(own, [s for s in level if level[s] == k and s not in z], self.scheme.name)
+            moved = frozenset(s for b in balances for s in _displacements(b) if level.get(s) == k)
+            found.append(Stage(balances, z, MappingProxyType(own), in_z, moved))
         return tuple(found)
+
+
+def _displacements(balance: Balance) -> set[Symbol]:
+    """The symbols at which a balance takes the internal force."""
+    return {s for atom in balance.force.atoms(N, N_discrete) for s in atom.free_symbols}
 
 
 @cache

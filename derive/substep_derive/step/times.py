@@ -14,7 +14,7 @@ from sympy import Expr, Integer, Symbol, cancel, ordered, sympify
 from ..algebra.constant import reduced
 from ..declare.errors import DeclarationError
 from ..declare.parameter import positive
-from ..declare.symbols import K_t, N, N_discrete, h, kind_of, knot, knot_of, steps_back
+from ..declare.symbols import K0, C, K_t, N, N_discrete, h, kind_of, knot, knot_of, steps_back
 from .step import Stage, Step
 
 
@@ -41,8 +41,8 @@ def sub_step_ends(step: Step) -> Sequence[SubStepEnd]:
 
     A knot does where a balance takes the internal force at it, or at a mixture with it, and it follows the motion to
     second order, as the end of a step does: a uniformly accelerated motion passes through it. Stages of Runge-Kutta
-    that do not are no such ends. Where the balances do not go forward in time, as in compositions with negative
-    sub-steps and in extrapolation, there is none.
+    that do not are no such ends, nor are knots whose balances are solved together with others. Where the balances do
+    not go forward in time, as in compositions with negative sub-steps and in extrapolation, there is none.
 
     Raises DeclarationError for a scheme that takes the force as a discrete gradient, which needs a potential, or at a
     displacement before t_n, where what was remembered then is no longer known.
@@ -62,7 +62,8 @@ def sub_step_ends(step: Step) -> Sequence[SubStepEnd]:
         )
     instants = {s: e for s, e in passed(step).items() if kind_of(s) == 0 and s not in step.state}
     at_typical = {s: e.subs(step.scheme.typical) for s, e in instants.items()}
-    moved = [{s for a in x.balance.force.atoms(N) for s in a.free_symbols if s in instants} for x in step.stages]
+    alone = [x.balances[0] for x in step.stages if x.alone]
+    moved = [{s for a in b.force.atoms(N) for s in a.free_symbols if s in instants} for b in alone]
     reached = [(s, at_typical[s]) for symbols in moved for s in sorted(ordered(symbols), key=at_typical.__getitem__)]
     if any(later < at for (_, at), (_, later) in pairwise(reached)):
         return []
@@ -108,8 +109,8 @@ def impulses(step: Step) -> Impulses:
     values = {s: [tau**2 / 2, -tau, Integer(0)][kind_of(s)] for s, tau in back.items()} | {h: Integer(1)}
     at, found = instants_of(step), list[Expr]()
     known = {s: e.subs(values, simultaneous=True) for s, e in step.solved.items()}
-    for stage, z in zip(step.stages, step.accelerations, strict=True):
-        u, v = moved(step, stage)
+    for stage in step.stages:
+        (z,), (u, v) = stage.z, moved(step, stage)
         if known.get(v, Integer(0)).diff(z) == 0:
             raise DeclarationError(
                 f"{step.scheme.name}: expected each balance to move the velocity of the displacement that it takes the "
@@ -144,13 +145,14 @@ def impulses_last(step: Step) -> bool:
 
 def moved(step: Step, stage: Stage) -> tuple[Symbol, Symbol]:
     """The newest displacement that a balance takes the force at, of those that move with it if any does; and its v."""
-    among = stage.moved or {s for a in stage.balance.force.atoms(N, N_discrete) for s in a.free_symbols}
+    forces = (a for b in stage.balances for a in b.force.atoms(N, N_discrete))
+    among = stage.moved or {s for a in forces for s in a.free_symbols}
     at = instants_of(step)
     u = max(among, key=lambda s: (at[s].subs(step.scheme.typical), str(s)))
     return u, Symbol(f"v_{(knot_of(u) or ('', '0'))[1]}")
 
 
 def _followed(step: Step, state: Mapping[Symbol, Expr], acceleration: Expr) -> Mapping[Symbol, Expr]:
-    """The new symbols of a step of length 1 from a state, with this acceleration in each balance."""
-    values = {**state, **dict.fromkeys(step.accelerations, acceleration), h: Integer(1)}
+    """The new symbols of a step of length 1 from a state, with this acceleration in each balance, of a free mass."""
+    values = {**state, **dict.fromkeys(step.accelerations, acceleration), h: Integer(1), C: Integer(0), K0: Integer(0)}
     return {s: reduced(e.subs(values, simultaneous=True)) for s, e in step.solved.items()}

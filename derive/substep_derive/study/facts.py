@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from sympy import Expr
+from sympy import Expr, Integer
 
 from ..algebra.algebraic import closed_form, generator
 from ..constrained.prescribed import prescribed
@@ -13,6 +13,7 @@ from ..declare.symbols import Omega, xi
 from ..emit.printing import Code
 from ..oscillator.accuracy import leading_terms
 from ..oscillator.evaluation import Evaluation
+from ..oscillator.spectrum import live_at
 from ..stability.paper import PRINTER, as_in_paper
 from .derivation import derive
 from .forms import forms
@@ -31,7 +32,7 @@ def facts(schemes: Iterable[Scheme]) -> dict[str, Any]:
 def row(scheme: Scheme) -> dict[str, Any]:
     """A scheme's properties at its default parameters, exact values as text: see `profile`."""
     p, d = profile(scheme), derive(scheme)
-    damping, period = _first_terms(scheme, p.nonlinear.symmetric.word == "yes")
+    damping, period = _first_terms(scheme, p.nonlinear.symmetric.word == "yes" or _on_circle(scheme))
     rho, bifurcation = (f"{float(x):.6g}" if x.is_finite else "oo" for x in (p.rho_inf, p.bifurcation))
     A, L = ({True: "yes", False: "no", None: "open"}[x] for x in (p.A_stable, p.L_stable))
     return {
@@ -65,6 +66,12 @@ def _constrained(scheme: Scheme) -> str:
 def _value(number: Expr | None) -> Any:
     """A number as a float; None, for no limit, and infinity as inf."""
     return float(number) if number is not None and number.is_finite else Code("inf")
+
+
+def _on_circle(scheme: Scheme) -> bool:
+    """Whether undamped eigenvalues come in pairs lambda, 1/lambda: their polynomial reads the same backwards."""
+    rows = live_at(Evaluation.at_defaults(scheme), Integer(0))
+    return rows == rows[::-1]
 
 
 def _first_terms(scheme: Scheme, conservative: bool) -> tuple[tuple[int, str] | None, tuple[int, str] | None]:

@@ -67,14 +67,15 @@ class FamilyInfo:
 class SchemeInfo:
     """What there is to know about a scheme before its kernels are loaded. Equal for the same scheme.
 
-    module: the generated module, or the name of a committed one, which a member of a family shares with its parent.
+    module: the generated module, or its name in the catalogue, which a member of a family shares with its parent.
     fixed: the parameters that a member fixes. balances: how many a step has. loads: at how many instants a step takes
     the load. state: what is carried from step to step. history, of each entry of the state: 0 for u, 1 for h*v, 2 for
     h^2*a, and how many steps before t_n it stands. start, where the state at t = 0 comes from: "given", u, h*v, h^2*a
     are the state; "function", the module's `start` computes it; "scheme", another scheme marches the first steps.
     starter: with "scheme" only, that scheme's name in the catalogue and its parameters; an empty name stands for the
-    declaration's `start_scheme`. damping: whether it takes any; one that does not is for u'' = g(t, u). decided:
-    parameters that another one decides where it is given, and how. declaration: of a scheme of the user's own.
+    declaration's `start_scheme`. damping: whether it takes any; one that does not is for u'' = g(t, u). together:
+    whether balances are solved together, which scenes do and structures do not. decided: parameters that another one
+    decides where it is given, and how. declaration: of a scheme of the user's own.
     """
 
     name: str
@@ -90,6 +91,7 @@ class SchemeInfo:
     starter: tuple[str, Mapping[str, float]] | None = field(compare=False)
     reference: str = field(compare=False)
     damping: bool = field(compare=False)
+    together: bool = field(compare=False)
     decided: Mapping[str, tuple[str, Callable[[Array], Any]]] = field(compare=False)
     declaration: "Declaration | None" = field(compare=False)
 
@@ -104,22 +106,23 @@ class SchemeInfo:
         """From an entry of the index; module and declaration are those of a scheme of the user's own."""
         families = {
             argument: FamilyInfo(ParameterInfo(argument, *domain, default=None), MappingProxyType(values))
-            for argument, (*domain, values) in entry["families"].items()
+            for argument, (*domain, values) in entry.get("families", {}).items()
         }
         return cls(
             name=name,
             module=module or entry["module"],
             parameters=_by_name(ParameterInfo(*literal) for literal in entry["parameters"]),
             families=MappingProxyType(families),
-            fixed=MappingProxyType(entry["fixed"]),
+            fixed=MappingProxyType(entry.get("fixed", {})),
             balances=entry["balances"],
             loads=entry["loads"],
             state=entry["state"],
             history=entry["history"],
-            start=entry["start"],
-            starter=entry["starter"],
+            start=entry.get("start", "given"),
+            starter=entry.get("starter"),
             reference=entry["reference"],
             damping=entry.get("damping", True),
+            together=entry.get("together", False),
             decided=MappingProxyType(entry.get("decided", {})),
             declaration=declaration,
         )

@@ -81,7 +81,7 @@ def facts_at(info: SchemeInfo, parameters: Mapping[str, Array]) -> Facts:
         return Facts(rho_inf=limits(*parameters.values()))
     values = {name: float(x) for name, x in parameters.items()}
     for name, entry in SCHEMES.items():
-        if entry["module"] == info.module and not entry["parameters"] and entry["fixed"] == values:
+        if entry["module"] == info.module and not entry["parameters"] and entry.get("fixed", {}) == values:
             return facts_at_defaults(name)
     floats = list(values.values())
     exact = [simple_fraction(x) for x in floats]

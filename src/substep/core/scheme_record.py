@@ -9,7 +9,7 @@ import numpy as np
 
 from .arrays import Array
 from .entries import SchemeInfo
-from .kernel_modules import loaded
+from .kernel_modules import committed
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -27,8 +27,8 @@ class SchemeRecord:
 
     @cached_property
     def kernels(self) -> ModuleType:
-        """The generated module, imported (and compiled or read from numba's cache) on first use."""
-        return loaded(self.info.module)
+        """The generated module, imported (and compiled or read from numba's cache) on first use; see `module_of`."""
+        return module_of(self.info)
 
     @cached_property
     def kernel_parameters(self) -> tuple[Array, ...]:
@@ -36,3 +36,15 @@ class SchemeRecord:
         fixed = {name: np.float64(value) for name, value in self.info.fixed.items()}
         values = {**self.parameters, **fixed}
         return tuple(np.asarray(values[name]) for name in self.kernels.PARAMETERS)
+
+
+def module_of(info: SchemeInfo) -> ModuleType:
+    """A scheme's module: of the user's own, or of the catalogue, committed or printed to the user's cache now."""
+    if isinstance(info.module, ModuleType):
+        return info.module
+    found = committed(info.module)
+    if found is None:
+        from ..derived.modules import scheme_module  # noqa: PLC0415 (the one door to SymPy)
+
+        found = scheme_module(info.module.rpartition(".")[2])
+    return found

@@ -43,6 +43,33 @@ def own_plan_module(declaration: "Declaration") -> ModuleType:
     return cached_module(f"plan {scheme_digest(declaration)}", lambda: own_plan(declaration))
 
 
+def scheme_module(name: str) -> ModuleType:
+    """The module of a scheme of the catalogue that is not committed: from the cache, or derived now."""
+
+    def text() -> str:
+        from substep_derive.declare.catalogue import find  # noqa: PLC0415
+        from substep_derive.emit.scheme_module import own_module  # noqa: PLC0415
+
+        return own_module(find(name))
+
+    return cached_module(f"scheme {name}", text)
+
+
+def plan_module(name: str) -> ModuleType:
+    """The plan of a scheme of the catalogue that is not committed: from the cache, or derived now.
+
+    Raises DeclarationError where `own_plan_module` does.
+    """
+
+    def text() -> str:
+        from substep_derive.declare.catalogue import find  # noqa: PLC0415
+        from substep_derive.emit.first_use import own_plan  # noqa: PLC0415
+
+        return own_plan(find(name))
+
+    return cached_module(f"plan {name}", text)
+
+
 def own_scene_module(declaration: "SceneDeclaration") -> ModuleType:
     """The module of a declared scene: from the cache, or derived and kept there.
 

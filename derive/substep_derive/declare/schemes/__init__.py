@@ -7,7 +7,7 @@ from ..scheme import Scheme
 
 MODULES = (
     *("explicit", "newmark", "one_step", "alpha", "multi_step", "composite"),
-    *("runge_kutta", "diagonally_implicit", "nystrom", "composition", "designed"),
+    *("runge_kutta", "diagonally_implicit", "nystrom", "composition", "designed", "coupled", "further"),
 )
 EXAMPLES = ("newmark_bdf2", "bathe")  # whose kernels on the elastic pendulum are committed
 

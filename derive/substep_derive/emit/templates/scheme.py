@@ -26,11 +26,12 @@ INDEX = '''"""The schemes of the catalogue as plain data, which can be read with
 
 Each scheme has: its module; parameters as (name, low, high, low excluded, high excluded, default), where None is no
 bound and the default is a function of the parameters before it; if the default is a polynomial's one root in the
-interval, None and a function for the polynomial's coefficients, from the lowest power, stand for it; families as
-argument -> (domain, values); fixed, the parameters that a member fixes; the numbers of balances and of load instants
-a step; labels of the state, and history, for each of them (0 for u, 1 for h*v, 2 for h^2*a; steps before t_n); start:
-"given", u, h*v, h^2*a at t = 0 are the state, "function", the module's `start` computes it, or "scheme", another
-scheme marches the first steps; starter, that scheme's name and parameters; reference.
+interval, None and a function for the polynomial's coefficients, from the lowest power, stand for it; the numbers of
+balances and of load instants a step; labels of the state, and history, for each of them (0 for u, 1 for h*v, 2 for
+h^2*a; steps before t_n); reference. Where there are any: families as argument -> (domain, values); fixed, the
+parameters that a member fixes; start, where u, h*v, h^2*a at t = 0 are not the state: "function", the module's `start`
+computes it, or "scheme", another scheme marches the first steps; starter, that scheme's name and parameters; together:
+True where balances are solved together.
 """
 {imports}
 SCHEMES = {schemes}

@@ -160,9 +160,17 @@ def _values(scheme: Scheme, module: ModuleType) -> list[float]:
 
 
 def _module(scheme: Scheme) -> ModuleType:
-    """The generated plan; that of a scheme of the user's own is printed on first use."""
+    """The generated plan; one that is not committed is printed on first use.
+
+    Raises ValueError for a scheme that solves balances together.
+    """
+    if scheme.info.together:
+        raise ValueError(
+            f"{scheme.name} solves its balances together: expected a scheme that solves them one after the other on a "
+            "structure; take one, such as three_substep_third_order, or march it on a scene"
+        )
     if scheme.info.declaration is None:
-        return _committed(scheme.kernels.NAME)
+        return _in_catalogue(scheme.kernels.NAME)
     from ...derived.modules import own_plan_module  # noqa: PLC0415 (the one door to SymPy)
 
     return own_plan_module(scheme.info.declaration)
@@ -174,10 +182,10 @@ def _step(module: ModuleType, h: float, *values: float) -> Steps:
 
 
 @cache
-def _committed(name: str) -> ModuleType:
-    module = committed(f"plans.{name}")
-    assert module is not None  # every scheme of the index has one
-    return module
+def _in_catalogue(name: str) -> ModuleType:
+    from ...derived.modules import plan_module  # noqa: PLC0415 (the one door to SymPy)
+
+    return committed(f"plans.{name}") or plan_module(name)
 
 
 def _steps(

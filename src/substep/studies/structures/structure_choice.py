@@ -155,6 +155,7 @@ def choose(
     require_linear(known.structure, "a choice by its modes")
     known.structure.place(quantity)
     methods = [make_scheme(s) for s in (schemes() if among is None else among)]
+    methods = [s for s in methods if among is not None or not s.info.together]
     methods = [s for s in methods if s.info.damping or not known.damping.any()]
     if not methods:
         raise ValueError("expected schemes to choose among that take damping, got none; leave among out for all")
