@@ -22,7 +22,7 @@ from typer.testing import CliRunner
 import substep as ss
 from substep.cli.commands import app
 
-REFUTED = {"forward_euler", "rk2", "bdf3", "bdf4", "butcher6", "rkn64"}
+REFUTED = {"forward_euler", "rk2", "bdf3", "bdf4", "butcher6", "rkn64", "adams_moulton3"}
 BOUND = {
     *(
         "central_difference_lagged",
@@ -33,9 +33,10 @@ BOUND = {
         "central_difference",
     ),
     *("explicit_generalized_alpha", "bogacki_shampine", "dormand_prince", "rkn43", "stoermer_extrapolation", "suzuki"),
-    "yoshida6",
+    *("yoshida6", "chung_lee"),
 }
 OPEN = {"noh_bathe", "kim_two_stage", "trbdf3", "forest_ruth"}
+OUTSIDE = {"chang"}  # has coefficients that no theorem fits
 THESIS = {"gamma_t": Fraction(1, 5), "beta": Fraction("0.3025"), "gamma": Fraction(3, 5)}
 
 
@@ -64,7 +65,7 @@ def largest(name: str, count: int, found: Any, seed: int = 0, **parameters: Any)
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("name", [s.name for s in ALL if s.name not in REFUTED | OPEN])
+@pytest.mark.parametrize("name", [s.name for s in ALL if s.name not in REFUTED | OPEN | OUTSIDE])
 def test_no_structure_of_three_thousand_grows(name: str) -> None:
     assert largest(name, 3000, certify(name, structures=True), seed=1) <= 1 + 1e-10
 
@@ -91,7 +92,12 @@ def has_energy_of_the_operator(scheme: Any) -> bool:
 
 @pytest.mark.parametrize("scheme", ALL, ids=lambda s: s.name)
 def test_each_scheme_has_its_verdict_and_no_random_structure_grows_against_it(scheme: Any) -> None:
-    found, name = certify(scheme, structures=True), scheme.name
+    name = scheme.name
+    if name in OUTSIDE:
+        with pytest.raises(DeclarationError, match="on every structure: expected coefficients"):
+            certify(scheme, structures=True)
+        return
+    found = certify(scheme, structures=True)
     verdicts = {"refuted": REFUTED, "open": OPEN, "proved under a bound": BOUND}
     assert found.verdict == next((key for key, names in verdicts.items() if name in names), "proved")
     assert (found.growing is not None) == (found.verdict == "refuted")

@@ -21,7 +21,7 @@ import substep as ss
 from . import ROOT, charts
 from .declarations import declaration
 from .markdown import block, code, folded, formula, plain, table, toctree
-from .structures import decided
+from .structures import argument
 
 FOLDED = ("amplification matrix", "load vector", "balance")  # sections of long formulas
 TITLES = {
@@ -92,7 +92,7 @@ def page(name: str, folder: Path) -> str:
     lines += ["## Certificate", "", f"At default parameters and ξ = 0; at others: {others}.", ""]
     lines += [*block("text", certify(scheme).text)]
     lines += ["On [every structure](../structures_proved.md), at default parameters:", ""]
-    lines += [*block("text", decided(name).text), *_code(scheme)]
+    lines += [*block("text", argument(name)), *_code(scheme)]
     return "\n".join(lines) + "\n"
 
 

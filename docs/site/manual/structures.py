@@ -4,7 +4,7 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
-from substep_derive import Energy, NoEnergy, StructuresCertificate, certify
+from substep_derive import DeclarationError, Energy, NoEnergy, StructuresCertificate, certify
 from substep_derive.declare.catalogue import find
 from substep_derive.stability.structures import bound_text
 from sympy import latex
@@ -23,9 +23,18 @@ def pages() -> dict[str, Callable[[Path], str]]:
 
 
 @cache
-def decided(name: str) -> StructuresCertificate:
-    """The certificate at the default parameters."""
-    return certify(name, structures=True)
+def decided(name: str) -> StructuresCertificate | DeclarationError:
+    """The certificate at the default parameters, or why no theorem fits the scheme."""
+    try:
+        return certify(name, structures=True)
+    except DeclarationError as error:
+        return error
+
+
+def argument(name: str) -> str:
+    """What is said on a scheme's own page."""
+    found = decided(name)
+    return str(found) if isinstance(found, DeclarationError) else found.text
 
 
 def page() -> str:
@@ -45,7 +54,9 @@ def page() -> str:
     )  # fmt: skip
 
 
-def _decision(found: StructuresCertificate) -> list[str]:
+def _decision(found: StructuresCertificate | DeclarationError) -> list[str]:
+    if isinstance(found, DeclarationError):
+        return ["not decided", plain(str(found))]
     bound = "" if found.bound is None else f": {plain(bound_text(found.bound))}"
     return [found.verdict + bound, plain(found.argument.partition(". ")[0].rstrip(".") + ".")]
 
