@@ -12,7 +12,18 @@ import numpy as np
 import pytest
 from declared import BY_NAME, OWN
 from plain_kernels import SCENE_BY_NAME, text
-from substep_derive import Balance, DeclarationError, Family, Parameter, Scene, Scheme, certify, derive, estimator
+from substep_derive import (
+    Balance,
+    DeclarationError,
+    Family,
+    Parameter,
+    Scene,
+    Scheme,
+    certify,
+    derive,
+    estimator,
+    impact,
+)
 from substep_derive.__main__ import GENERATED
 from substep_derive.declare.scene import optional
 from substep_derive.declare.symbols import h, knot, rate
@@ -297,7 +308,7 @@ def test_a_march_in_chosen_steps_is_right_whatever_parameters_are_called(name: s
 
 def test_an_option_of_a_function_that_takes_parameters_is_no_parameter() -> None:
     """Their keyword arguments, by inspection of all public functions."""
-    for function in (ss.scheme, ss.scene, ss.sweep, derive, certify, estimator):
+    for function in (ss.scheme, ss.scene, ss.sweep, derive, certify, estimator, impact):
         parameters = inspect.signature(function).parameters.values()
         options = [p.name for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)]
         assert accepted(with_a_parameter, options) == []

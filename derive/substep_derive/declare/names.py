@@ -19,9 +19,12 @@ from .symbols import knot, knot_of, lattice
 # for (*1, *2, ...), predictors (*star), mixed displacements (*mix0), what is reported (*reported), estimated errors
 # (*error), the arguments of a function (*now), and what an estimate needs besides a step: accelerations at its ends
 # from the equation of motion (*start, *end), the end after two half steps (*halved), the step before (*before0, ...);
-# the displacement at the start of the first run, where a tangent is taken (*began); and where a balance takes an
-# equation of motion whose mass moves (*at).
-_OWN_LABELS = re.compile(r"s\d+|star\d*|mix\d+|reported|error|now|start|end|halved|before\d+|began|at")
+# the displacement at the start of the first run, where a tangent is taken (*began); where a balance takes an equation
+# of motion whose mass moves (*at) or holds a velocity (*held), and their values at z = 0 (*atstar, *heldstar); and what
+# reactions do to an acceleration (*push0, ...), and one that is kept without it (*free1, ...).
+_OWN_LABELS = re.compile(
+    r"s\d+|star\d*|mix\d+|reported|error|now|start|end|halved|before\d+|began|(at|held)(star)?\d*|free\w*|push\d+"
+)
 _NUMBERS = re.compile(r"m?\d+(o\d+)?")  # names of labels that are numbers
 
 # names of the derivation's symbols, which a scheme's parameter would be taken for
@@ -30,7 +33,7 @@ _DERIVATION = {"h", "omega", "Omega", "xi", "lambda", "mu", "z", "M", "C", "K0",
 _CALLS = {
     *("name", "scene", "scheme", "dt", "t_end", "keep", "samples", "energy_bound", "a0", "load", "save", "client"),
     *("progress", "device", "workers", "tol", "rtol", "atol", "dt_first", "dt_min", "dt_max", "grid", "rung"),
-    *("held_only", "damped", "changing"),
+    *("held_only", "damped", "changing", "structures", "remembered"),
 }
 # functions of a scene's module, and what these use, beside functions for its outputs
 _SCENE_FUNCTIONS = {"energy", "acceleration", "angular_momentum", "commit", "force", "np"}

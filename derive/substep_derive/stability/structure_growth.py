@@ -10,8 +10,8 @@ from itertools import count, islice
 from typing import Any
 
 from sympy import QQ
-from sympy.polys.matrices import DomainMatrix
 
+from ..algebra.field_matrices import FieldMatrix, field_matrix
 from ..algebra.points import RationalPoint, ring_over
 from ..declare.symbols import Omega
 from .hurwitz import Verdict, bilinear, verdict
@@ -23,7 +23,7 @@ TRIED = 400
 TRIED_IRRATIONAL = 40  # over a field of algebraic numbers, where a step takes longer
 
 
-def step_matrix(rows: Rows, structure: Structure) -> DomainMatrix:
+def step_matrix(rows: Rows, structure: Structure) -> FieldMatrix:
     """A with x_1 = A x_0 for M, h C, h^2 K: all relations and balances of the step as one system, solved exactly."""
     domain, n = rows.field.domain, len(structure[0])
     matrices = [[[domain.convert(QQ(e.numerator, e.denominator)) for e in row] for row in part] for part in structure]
@@ -43,13 +43,11 @@ def step_matrix(rows: Rows, structure: Structure) -> DomainMatrix:
                     for j in range(n):
                         system[top + i][place[s] + j] += c * part[i][j]
         top += n
-    both = DomainMatrix(system, (unknown, width), domain)
+    both = field_matrix(system, domain)
     solved = (-both[:, :unknown].lu_solve(both[:, unknown:])).to_list()
     unit = [[domain.one if i == j else domain.zero for j in range(width - unknown)] for i in range(width - unknown)]
     after = [place[s] + i for s in rows.step.after for i in range(n)]
-    return DomainMatrix(
-        [solved[k] if k < unknown else unit[k - unknown] for k in after], (len(after), len(after)), domain
-    )
+    return field_matrix([solved[k] if k < unknown else unit[k - unknown] for k in after], domain)
 
 
 def where(rows: Rows, structure: Structure) -> Verdict:
