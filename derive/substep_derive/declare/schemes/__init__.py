@@ -1,6 +1,6 @@
 """The catalogue: declarations only. A new scheme is one declaration in a module here, and one entry in its ALL."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from importlib import import_module
 
 from ..scheme import Scheme
@@ -9,12 +9,13 @@ MODULES = (
     *("explicit", "newmark", "one_step", "alpha", "multi_step", "composite"),
     *("runge_kutta", "diagonally_implicit", "nystrom", "composition", "designed", "coupled", "further"),
 )
+ON_FIRST_USE = ("coupled", "further")  # those whose schemes' modules are printed on first use, not committed
 EXAMPLES = ("newmark_bdf2", "bathe")  # whose kernels on the elastic pendulum are committed
 
 
-def declared() -> Iterator[Scheme]:
+def declared(modules: Sequence[str] = MODULES) -> Iterator[Scheme]:
     """Every scheme in the catalogue's order. A module is imported when its turn comes: to declare all takes seconds."""
-    for name in MODULES:
+    for name in modules:
         yield from import_module(f".{name}", __package__).ALL
 
 
