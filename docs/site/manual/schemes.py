@@ -6,7 +6,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from substep_derive import certify
+from substep_derive import DeclarationError, certify
 from substep_derive.declare import schemes as declared
 from substep_derive.declare.catalogue import find
 from substep_derive.declare.published import Published
@@ -173,7 +173,12 @@ def _code(scheme: Scheme) -> Iterator[str]:
         path = ROOT / "generated" / "substep_kernels" / file
         if path.exists():
             yield f"- {{download}}`{file} <../../../{path.relative_to(ROOT).as_posix()}>`: {what}, as printed for numba"
+    try:
+        text = standalone(scheme, "c")
+    except DeclarationError as error:  # of balances that are solved together
+        yield from [f"- In no other language: {plain(str(error))}.", ""]
+        return
     other = code(f"substep emit {scheme.name} --language python")
     yield f"- As one file that needs nothing else: below in C; {other} prints it in another language,"
     yield from ["  [emit](../../emit.md) says which there are.", ""]
-    yield from folded(f"{scheme.name} in C", block("c", standalone(scheme, "c")))
+    yield from folded(f"{scheme.name} in C", block("c", text))
