@@ -24,7 +24,7 @@ CAPTION = (
 SAMPLES = 400
 TURNS = 2
 # of scenes with constraints or contacts: the scheme, steps for each that is drawn, and s where SHOWN is too long
-HOLDS, FINE, SPANS = "bathe", 50, {"squeezer": 0.03, "slider_crank": 0.1, "two_masses_on_floor": 1.5}
+HOLDS, FINE, SPANS = "generalized_alpha", 50, {"squeezer": 0.03, "slider_crank": 0.1, "two_masses_on_floor": 1.5}
 SHOWN = 5.0  # s of a scene that starts at rest and has no chart of work over precision
 
 
