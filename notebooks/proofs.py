@@ -48,7 +48,7 @@ assert own["central_difference"][0][0, 0].equals(Omega**2 * (1 - Omega**2 / 4))
 assert own["central_difference"][1] == 1
 
 # %% [markdown]
-# Newmark's scheme with $\gamma > \frac12$: along a motion the plain energy $\Omega^2 u^2 + (hv)^2$ waves about, the
+# Newmark's scheme with $\gamma > \frac{1}{2}$: along a motion the plain energy $\Omega^2 u^2 + (hv)^2$ waves about, the
 # scheme's own falls by one and the same factor in every step.
 
 # %%
@@ -136,7 +136,7 @@ assert np.min(least) > 0
 # %% [markdown]
 # ## Where nothing is proved
 #
-# With $\gamma = \frac12$, $\beta = \frac32$, $\gamma_t = \frac1{20}$ no such $H$ was found: the verdict is open. Since
+# With $\gamma = \frac{1}{2}$, $\beta = \frac{3}{2}$, $\gamma_t = \frac1{20}$ no such $H$ was found: the verdict is open. Since
 # the criterion is necessary as well, one linear program at each $\lambda$, with the entries of $S$ as unknowns, would
 # show the counterexample; it finds a multiplier at every angle that was tried, so that a proof should exist.
 
