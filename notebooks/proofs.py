@@ -136,9 +136,10 @@ assert np.min(least) > 0
 # %% [markdown]
 # ## Where nothing is proved
 #
-# With $\gamma = \frac{1}{2}$, $\beta = \frac{3}{2}$, $\gamma_t = \frac1{20}$ no such $H$ was found: the verdict is open.
-# Since the criterion is necessary as well, one linear program at each $\lambda$, with the entries of $S$ as unknowns, would
-# show the counterexample; it finds a multiplier at every angle that was tried, so that a proof should exist.
+# With $\gamma = \frac{1}{2}$, $\beta = \frac{3}{2}$, $\gamma_t = \frac1{20}$ no such $H$ was found: the verdict is
+# open. Since the criterion is necessary as well, one linear program at each $\lambda$, with the entries of $S$ as
+# unknowns, would show the counterexample; it finds a multiplier at every angle that was tried, so that a proof should
+# exist.
 
 # %%
 turned = np.pi * (1 + 5**0.5) * (np.arange(400) + 0.5)
