@@ -124,24 +124,24 @@ class _Impact:
     def _followed(self) -> list[tuple[Any, Any, Affine]]:
         """Pieces of the phases in order, each until all balances have been open for more steps than a state holds.
 
-        Raises DeclarationError for more pieces than `MOST`, where impacts do not end.
+        Raises DeclarationError for more pieces than `MOST` or steps than `LONGEST`, where impacts do not end.
         """
         left, found = [(self.zero, self.one, self._start(), 0, 0)], []
         while left:
             low, high, state, steps, apart = left.pop(0)
             velocity = self._sum(self.leaving, state)
             away = apart > len(state) and all(self.field.sign(velocity[0] + velocity[1] * x) >= 0 for x in (low, high))
-            if away or steps == LONGEST:
+            if away:
                 found.append((low, high, velocity))
                 continue
             pieces = self._balances(low, high, state, [], True)
             left = [
                 (x, y, self._after(state, z), steps + 1, (apart + 1) * is_open) for x, y, z, is_open in pieces
             ] + left
-            if len(left) + len(found) > MOST:
+            if len(left) + len(found) > MOST or steps == LONGEST:
                 raise DeclarationError(
                     f"{self.rows.at.scheme.name}: expected impacts that end, got more than {MOST} pieces of the "
-                    "phases; take another scheme"
+                    f"phases, or more than {LONGEST} steps; take another scheme"
                 )
         return found
 
