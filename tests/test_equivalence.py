@@ -114,7 +114,7 @@ def spectrum(name: str, values: dict, damping: Rational, steps: int) -> Poly:
     scheme = BY_NAME.get(name, bdf2)
     made = derive(scheme, **values).scheme
     p = (
-        live(derive(made, **{s.name: e for s, e in made.typical.items()}).charpoly)
+        live(derive(made, **{s.name: e for s, e in made.typical.items() if s != made.constant}).charpoly)
         .as_expr()
         .subs({Omega: Rational(2, 3) / steps, xi: damping})
     )

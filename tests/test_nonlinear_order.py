@@ -24,7 +24,8 @@ from substep.derived.facade import order
 
 u0, v0, a0 = knot(0)
 u1, v1, a1 = end = knot(1)
-STEPS = {("bdf4", "pushed_bar"): 40}  # from there on the first term of its error in v is the largest
+# from there on the first term of the error in v is the largest
+STEPS = {("bdf4", "pushed_bar"): 40, ("lobatto_iiic2", "pushed_bar"): 80}
 KINDS = {"duffing": "free", "damped_pendulum": "damped", "pushed_bar": "uva"}
 
 

@@ -16,6 +16,9 @@ from .declare.symbols import K0, C, K_t, M, N, N_discrete, Omega, acceleration, 
 from .declare.tableau import nystrom, tableau
 from .estimate.analysis import NoEstimator
 from .estimate.estimator import Estimate, Estimator, estimator
+from .nonlinear.modified import ModifiedEquation
+from .nonlinear.modified_energy import ModifiedEnergy
+from .nonlinear.modified_motion import ModifiedMotion
 from .oscillator.energy import Energy, NoEnergy
 from .stability.certificate import Certificate
 from .stability.structures import StructuresCertificate, certify
@@ -43,6 +46,9 @@ __all__ = [
     "K_t",
     "Law",
     "M",
+    "ModifiedEnergy",
+    "ModifiedEquation",
+    "ModifiedMotion",
     "N",
     "N_discrete",
     "NoEnergy",

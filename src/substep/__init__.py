@@ -30,6 +30,7 @@ from .structures.modes.modal_damping import ModalDamping, modal_damping
 from .structures.shear_building import shear_building
 from .structures.structure import Modes, Structure, structure
 from .studies.choosing import choose
+from .studies.energy_drift import EnergyDrift, energy_drift
 from .sweeps import sweep
 
 if TYPE_CHECKING:  # what extras/ brings; here for type checkers alone
@@ -61,6 +62,7 @@ else:
 
 
 __all__ = [
+    "EnergyDrift",
     "HalfSine",
     "Harmonic",
     "Law",
@@ -75,6 +77,7 @@ __all__ = [
     "Structure",
     "choose",
     "design_spectrum",
+    "energy_drift",
     "incremental_dynamic_analysis",
     "inelastic_spectrum",
     "intensity",

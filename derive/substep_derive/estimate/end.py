@@ -1,7 +1,8 @@
 """Estimator -> EndCheck: the acceleration at the end of a step against the one that the step took for granted there.
 
 A floor that a step reaches only at its end acts on nothing but the acceleration there. Where that has no part in an
-estimate - it is not evaluated, or has the same weight in v_1 and in the second value - such a step looks exact. It is
+estimate - it is not evaluated, or has the same weight in v_1 and in the second value, or only the load is taken at the
+end and the force before it - such a step looks exact. It is
 then compared with the acceleration at the end that follows from the others by the polynomial through them.
 """
 
@@ -41,19 +42,36 @@ def end_check(found: Estimator, damped: bool) -> EndCheck | None:
     """What has to be asked besides the estimated errors; None where these see the end of every step."""
     damped, order = damped and found.scheme.takes_damping, min(found.order)
     motion = SmoothMotion(found.evaluation, 1, damped)
-    late = _late(motion)
-    seen = [_sees(one, own, motion, late) for own, one in enumerate((found.displacement, found.velocity))]
+    step = motion.step
+    first = len(step.unknowns) + len(step.state)
+    loads = [k for k, tau in enumerate(step.stencil) if tau.subs(step.scheme.typical) >= 1]
+    late = _late(motion, [first + k for k in loads])
+    forces = _late(motion, [first + len(step.stencil) + k for k in _forces_at_the_end(motion)])
+    seen = []
+    for own, one in enumerate((found.displacement, found.velocity)):
+        (by_load, before), (by_force, _) = (_sees(one, own, motion, kind) for kind in (late, forces))
+        seen.append((by_load and by_force, before))
     if any(sees and not before for sees, before in seen):
         return None
     motion = SmoothMotion(found.evaluation, order + 2, damped)
     return EndCheck(_error(motion, late, order), not any(sees for sees, _ in seen))
 
 
-def _late(motion: SmoothMotion) -> Mapping[Symbol, list[Any]]:
-    """Of each new symbol, times its power of h: the factors of the loads at t_n + h or later, in a step of length 0."""
+def _forces_at_the_end(motion: SmoothMotion) -> list[int]:
+    """Which forces are taken at t_n + h or later; those at mixtures of displacements act at their mixed instant."""
+    field = motion.evaluation.field
+    root = getattr(field, "root", None)
+    typical = {**motion.step.scheme.typical, **({} if root is None else {generator: root.approximation()})}
+
+    def late(times: list[Any]) -> bool:
+        return any(float(field.expression(x).subs(typical)) > 1 - 1e-9 for x in times)
+
+    return [k for k, times in enumerate(motion.equations.force_times) if late(times)]
+
+
+def _late(motion: SmoothMotion, places: list[int]) -> Mapping[Symbol, list[Any]]:
+    """Of each new symbol, times its power of h: its factors of the columns at some places, in a step of length 0."""
     step = motion.step
-    first = len(step.unknowns) + len(step.state)
-    places = [first + k for k, tau in enumerate(step.stencil) if tau.subs(step.scheme.typical) >= 1]
     columns = [[motion.equations.at_rest(row, place) for row in motion.equations.rows] for place in places]
     return {
         s: [-sum((x * c for x, c in zip(row, column, strict=True)), motion.zero) for column in columns]

@@ -6,7 +6,7 @@ Newton's iteration, which ends after the first correction where no internal forc
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from sympy import Expr, Integer, Symbol
 
@@ -133,7 +133,7 @@ class _Scalars:
 
 def _balance(system: System, waiting: Iterable[Combination]) -> ScalarBalance:
     z = named(system.vector)
-    read = system.vectors
+    read = replace(system, commits=()).vectors  # a file of one language has no laws
     moving = [c for c in waiting if c.vector in read]
     lines = tuple((named(c.vector), _sum(c.row)) for c in moving)
     by_z: Mapping[Symbol, Expr] = {s: e.diff(z) for s, e in lines} | {z: Integer(1)}

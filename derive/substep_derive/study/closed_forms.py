@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from sympy import Add, Expr, Integer, Mul, Symbol, cancel, factor, fraction, latex, together
 from sympy.printing.mathml import mathml
 
-from ..declare.errors import DeclarationError
+from ..declare.errors import DeclarationError, InconsistentScheme
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, mu, xi
 from ..oscillator.energy import NoEnergy, spurious
@@ -167,6 +167,32 @@ def _nonlinear(d: Derivation) -> Iterator[ClosedForm]:
         yield ClosedForm("nonlinear equations", label, text)
 
 
+def _modified(d: Derivation) -> Iterator[ClosedForm]:
+    """Trees as they are written in `nonlinear.trees`: N[v, v] is N''(u)(u', u')."""
+    section = "modified equation u'' = -N(u) + h^p f_p + ..."
+    try:
+        found, energy = d.modified, d.modified_energy
+    except InconsistentScheme as error:
+        yield ClosedForm(section, "none", str(error))
+        return
+    yield from _by_power(d, section, found.coefficients, f"all f_p up to p = {found.top}")
+    if energy is None:
+        return
+    section = "modified energy H = T + V + h^p H_p + ... on every potential"
+    yield from _by_power(d, section, energy.coefficients(energy.terms), f"all H_p up to p = {found.top}")
+    yield from _by_power(d, "dH/dt", energy.coefficients(energy.rates), f"dH/dt, up to h^{found.top}")
+
+
+def _by_power(
+    d: Derivation, section: str, terms: Mapping[int, Mapping[str, Expr]], nothing: str
+) -> Iterator[ClosedForm]:
+    for power, factors in terms.items():
+        for what, value in factors.items():
+            yield ClosedForm(section, f"h^{power} {what}", as_in_paper(value, d.scheme))
+    if not terms:
+        yield ClosedForm(section, nothing, Integer(0))
+
+
 def _constrained(d: Derivation) -> Iterator[ClosedForm]:
     section = "prescribed motion: errors over its derivative of order 1 (v) or 2 (multiplier) plus the power of h"
     try:
@@ -190,5 +216,6 @@ PARTS: Mapping[str, Callable[[Derivation], Iterator[ClosedForm]]] = {
     "load": _load,
     "series": _series,
     "nonlinear": _nonlinear,
+    "modified": _modified,
     "constrained": _constrained,
 }

@@ -15,6 +15,8 @@ from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, state_label, xi
 from ..estimate.estimator import Estimator, estimator
 from ..motion.effective import EffectiveSystem, effective_systems
+from ..nonlinear.modified import ModifiedEquation, modified_equation
+from ..nonlinear.modified_energy import ModifiedEnergy, modified_energy
 from ..nonlinear.properties import Nonlinear, nonlinear
 from ..oscillator.accuracy import LeadingTerms, leading_terms
 from ..oscillator.amplification import Amplification
@@ -124,6 +126,22 @@ class Derivation:
         implicit = any(isinstance(p.default, Root) for p in self.scheme.parameters)
         verdicts_at = self._general[0] if implicit else Evaluation.free(self.scheme)
         return nonlinear(self._general, verdicts_at, lambda value: PRINTER.doprint(as_in_paper(value, self.scheme)))
+
+    @cached_property
+    def modified(self) -> ModifiedEquation:
+        """The equation u'' = -N(u) + h^p f_p + ... that the numerical motion solves, without damping: two terms.
+
+        Raises InconsistentScheme as `modified_equation` does.
+        """
+        return modified_equation(Evaluation.free(self.scheme))
+
+    @cached_property
+    def modified_energy(self) -> ModifiedEnergy | None:
+        """The energy that the numerical motion keeps on every potential, and the first rates at which it does not.
+
+        None for a scheme that reads the tangent stiffness at the start.
+        """
+        return modified_energy(self.modified)
 
     @cached_property
     def _general(self) -> tuple[Evaluation, ...]:

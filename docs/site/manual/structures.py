@@ -6,6 +6,8 @@ from pathlib import Path
 
 from substep_derive import DeclarationError, Energy, NoEnergy, StructuresCertificate, certify
 from substep_derive.declare.catalogue import find
+from substep_derive.nonlinear.modified_energy import leading_loss
+from substep_derive.oscillator.evaluation import Evaluation
 from substep_derive.stability.structures import bound_text
 from sympy import latex
 
@@ -14,7 +16,7 @@ import substep as ss
 from .markdown import code, plain, table
 
 LONGEST = 160  # characters of LaTeX in a cell
-HEADER = ("scheme", "every structure", "because", "own energy at ξ = 0", "its ratio a step")
+HEADER = ("scheme", "every structure", "because", "own energy at ξ = 0", "its ratio a step", "lost on every potential")
 
 
 def pages() -> dict[str, Callable[[Path], str]]:
@@ -39,7 +41,10 @@ def argument(name: str) -> str:
 
 def page() -> str:
     """One row for each scheme of the catalogue, at its default parameters."""
-    rows = [[f"[{name}](schemes/{name}.md)", *_decision(decided(name)), *_energy(name)] for name in ss.schemes()]
+    rows = [
+        [f"[{name}](schemes/{name}.md)", *_decision(decided(name)), *_energy(name), _lost(name)]
+        for name in ss.schemes()
+    ]
     others = code("substep certify NAME --structures")
     more = code("substep show NAME --part energy")
     return "\n".join(
@@ -48,7 +53,10 @@ def page() -> str:
             "Whether a scheme is stable for all M > 0, C ≥ 0 not proportional and K ≥ 0 of any size, at its",
             f"default parameters, by exact algebra; {others} has the argument, and other parameters.",
             "The own energy is a form in (u, h v) that an undamped step multiplies by one number, derived with free",
-            f"parameters; {more} has it with damping and load.", "",
+            f"parameters; {more} has it with damping and load.",
+            "The last column is the leading rate at which a scheme loses energy on nonlinear scenes for good, at",
+            f"its default parameters, where steps resolve the motion; {code('substep show NAME --part modified')} has",
+            "the energy, and the equation that the computed motion solves.", "",
             *table(HEADER, rows),
         ]
     )  # fmt: skip
@@ -72,6 +80,16 @@ def _energy(name: str) -> list[str]:
     parts = {r"u^2": form[0, 0], r"u\,hv": 2 * form[0, 1], r"(hv)^2": form[1, 1]}
     terms = (symbols if e == 1 else rf"({latex(e)})\,{symbols}" for symbols, e in parts.items() if e != 0)
     return [_cell(" + ".join(terms)), _cell(latex(ratio))]
+
+
+def _lost(name: str) -> str:
+    found = leading_loss(Evaluation.at_defaults(name))
+    if found is None:
+        return "not in closed form"
+    if found.loss is None:
+        return f"nothing up to $h^{found.equation.top}$"
+    terms = found.coefficients(found.rates)[found.loss]
+    return f"$h^{found.loss}$: " + ", ".join(f"{-float(e.evalf()):.5g} {scalar}" for scalar, e in terms.items())
 
 
 def _cell(text: str) -> str:

@@ -26,6 +26,7 @@ from .threads import spread
 
 HIDDEN_FROM = 1e8  # Omega; two eigenvalues part by about 1/Omega where they have one limit, and below they part clearly
 LARGE_DAMPING = 1e5  # of two positive eigenvalues that part so little, damping is of this size or above, or NaN
+LOST = 1e-14  # eigenvalues below this size are those of rounding, since entries of the matrix are sums of larger terms
 AS_ONE = 8.0 * float(np.finfo(float).eps) ** 0.25  # relative distance to which rounding parts a fourfold eigenvalue
 MATRICES = 1 << 11  # amplification matrices that are computed at a time, in the second cache
 NANOSECONDS = {"spectral_radius": 0.6, "stability": 4.0, "amplification": 20.0}  # per point, of the fastest schemes
@@ -147,8 +148,8 @@ def _require_finite(scheme: SchemeRecord, what: str, found: Array, Omega: Array,
 def _require_told_apart(scheme: SchemeRecord, radius: Array, damping: Array, Omega: ArrayLike, xi: ArrayLike) -> None:
     """Raise ValueError where damping is large or NaN since rounding hides whether two eigenvalues are real or complex.
 
-    So it is where two of the large ones, of the matrix in the energy norm, are as one. NaN of real eigenvalues apart
-    from each other stays.
+    So it is where two of the large ones, of the matrix in the energy norm, are as one, or where all are lost in
+    rounding and were a complex pair before. NaN of real eigenvalues apart from each other stays.
     """
     if not np.any(np.greater(Omega, HIDDEN_FROM)):
         return
@@ -165,12 +166,22 @@ def _require_told_apart(scheme: SchemeRecord, radius: Array, damping: Array, Ome
     close = distances <= AS_ONE * sizes.max(axis=1)[:, None, None]
     i, j = np.triu_indices(values.shape[1], 1)
     large = np.minimum(sizes[:, i], sizes[:, j]) > 0.5 * sizes.max(axis=1)[:, None]
-    for k in np.flatnonzero(beyond | (close[:, i, j] & large).any(axis=1))[:1]:
+    lost = sizes.max(axis=1) < LOST
+    lost[lost] = _complex_before(scheme, [a[lost] for a in arguments])
+    for k in np.flatnonzero(beyond | lost | (close[:, i, j] & large).any(axis=1))[:1]:
         raise ValueError(
             f"expected Omega at which the eigenvalues of {scheme.name} can be told apart, got Omega = "
             f"{arguments[0][k]}, xi = {arguments[1][k]}, where rounding hides whether a pair is complex, and so its "
             "damping and period; give a smaller Omega, or ask for spectral_radius alone"
         )
+
+
+def _complex_before(scheme: SchemeRecord, arguments: list[Array]) -> Array:
+    """Whether the eigenvalues are a complex pair (n,) at one large Omega, with the xi and parameters (n,) given."""
+    out = np.empty((3, len(arguments[0])))
+    before = [np.full(len(arguments[0]), HIDDEN_FROM / 10), *arguments[1:]]
+    stability_at_points(scheme.kernels, before, LARGE_DAMPING, out, NANOSECONDS["stability"])
+    return np.isfinite(out[1])
 
 
 def _in_energy_norm(scheme: SchemeRecord, A: Array, Omega: Array) -> Array:

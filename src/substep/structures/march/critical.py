@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from fractions import Fraction
 
 import numpy as np
 
@@ -91,6 +90,7 @@ def critical_step(structure: Model, scheme: Scheme | str, *, bound: bool = False
     that of Rayleigh nor of modes.
     """
     from ...derived import facade  # noqa: PLC0415 (SymPy)
+    from ...derived.simple_fraction import printed_fraction  # noqa: PLC0415
 
     require_linear(structure, "a critical step")
     s = numbers_only(scheme, "ask once for each")
@@ -106,19 +106,13 @@ def critical_step(structure: Model, scheme: Scheme | str, *, bound: bool = False
         xi = structure.C.ratio(omega)
     xi = max(xi, 0.0)  # of rounding
     require_undamped(structure, s, s.name)
-    given = {name: _exact(float(value)) for name, value in s.given.items()}
-    Omega = facade.certificate(s.info.source, xi=_exact(xi), **given).critical_Omega
+    given = {name: printed_fraction(float(value)) for name, value in s.given.items()}
+    Omega = facade.certificate(s.info.source, xi=printed_fraction(xi), **given).critical_Omega
     end = None if Omega is None else float(Omega)
     dt = np.inf if end is None or omega == 0.0 else end / omega
     if structure.C is not None and dt > 0.0:
         dt = _damped(s, structure, omega, dt)
     return CriticalStep(float(dt), omega, xi, end)
-
-
-def _exact(value: float) -> Fraction:
-    """The simplest fraction that prints as this number: a third where one was meant, else the decimal number."""
-    near = Fraction(value).limit_denominator(1000)
-    return near if float(near) == value else Fraction(repr(value))
 
 
 def _damped(scheme: Scheme, structure: Model, omega: float, dt: float) -> float:
