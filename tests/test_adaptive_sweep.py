@@ -134,6 +134,7 @@ def test_wrong_calls_are_refused_before_anything_is_run(scheme: str, arguments: 
         ss.sweep("elastic_pendulum", scheme, **{**PENDULUM, **arguments})
 
 
+@pytest.mark.thorough
 def test_compiled_kernels_of_march_and_sweep_agree_to_the_last_bit(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

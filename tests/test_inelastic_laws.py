@@ -38,6 +38,7 @@ def lost(T: float, strength: float, u: Any, kept: list[Any]) -> float:
     return work - kept[len(u) - 1][1] ** 2 / (2 * k)
 
 
+@pytest.mark.matrix
 @pytest.mark.usefixtures("plainly")
 @pytest.mark.parametrize("law", ["isotropic_bilinear", "clough"])
 def test_plain_stepping_finds_the_same(law: str) -> None:

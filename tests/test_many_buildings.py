@@ -49,6 +49,7 @@ def test_every_point_is_its_march(scheme: str, own_solver: bool, t_end: float) -
         assert (ds.status == 0).all()
 
 
+@pytest.mark.thorough
 def test_threads_change_nothing() -> None:
     call: dict[str, Any] = {"dt": [DT, 0.5 * DT], "t_end": T_END, "ground": RECORDS, "direction": 1.0, "keep": "peak"}
     one, two = (ss.sweep(buildings(), "bathe", **call, workers=n) for n in (1, 2))

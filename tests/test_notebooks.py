@@ -10,7 +10,7 @@ import pytest
 from matplotlib import rc_context
 
 NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.py"))
-LONG = ("where_methods_fail", "where_contact_fails", "proofs")
+LONG = ("where_methods_fail", "where_contact_fails", "proofs", "inelastic", "constraints")
 PLAIN = ("chosen_steps",)  # march so few steps with so many kernels that plain Python is done before these are compiled
 
 

@@ -58,6 +58,7 @@ def test_values_are_within_1_percent_of_the_exact_response_at_all_times(scheme: 
     assert (s.good_from, s.unstable) == (T[0], 0)
 
 
+@pytest.mark.thorough
 def test_it_says_how_many_steps_each_period_took_and_takes_no_more_than_it_needs() -> None:
     s = ss.response_spectrum(motion(), DT, [*T, 0.0], [0.02, 0.2], refine="auto")
     assert s.steps.dims == ("xi", "period")

@@ -95,7 +95,6 @@ def test_digits_from_small_to_large(name: str, damping: float) -> None:
             assert abs(damped) > 1e-80 or added[i] == 0, omega  # a conservative pair's damping is exactly 0
 
 
-@pytest.mark.every_scheme
 @pytest.mark.parametrize("name", NAMES)
 def test_conventions(name: str) -> None:
     s = ss.scheme(name)

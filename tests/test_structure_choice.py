@@ -159,6 +159,7 @@ def test_a_wish_that_the_known_modes_do_not_allow_is_warned_of() -> None:
     assert found.unforeseen > 1e-3
 
 
+@pytest.mark.thorough
 def test_damping_ratios_of_modes_are_those_of_direct_steps() -> None:
     """What was chosen for modes that were given ratios is marched with them, on the whole structure too."""
     M, K = shear_building([2.0, 1.5, 1.5, 1.0], [900.0, 700.0, 600.0, 400.0])

@@ -58,6 +58,7 @@ CASES = [
 ]  # fmt: skip
 
 
+@pytest.mark.thorough
 def test_one_story_is_the_scene_of_an_oscillator() -> None:
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
     command = [sys.executable, "-c", BESIDE_SCENE, json.dumps(CASES)]

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from ..derived.facade import ClosedForm
 
 Part = Literal[
-    "relations", "stiffness", "amplification", "spectrum", "energy", "load", "series", "nonlinear", "constrained", "all"
+    "relations", "stiffness", "amplification", "spectrum", "energy", "load", "series", "nonlinear", "modified",
+    "constrained", "all",
 ]  # fmt: skip
 COLUMNS = ("scheme", "order", "rho_inf", "stable", "solves", "growth")
 GROWTH = "growth U2-V3: in the first step u grows like Omega^2, v/omega like Omega^3"

@@ -5,12 +5,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from ..core.arrays import Array
 from ..core.errors import called_as, real_number
 from ..core.scenes import Scene, scene
-from ..derived import facade
 from ..derived.simple_fraction import printed_fraction
 from ..run.clock import end_asked
 from ..run.schemes import numbers_only
@@ -64,6 +62,8 @@ def energy_drift(model: Any, scheme: Any, *, t_end: float) -> EnergyDrift:
     >>> found.loss, found.rate(0.1) > 0  # lost with the third power of the step
     (3, True)
     """
+    from ..derived import facade  # noqa: PLC0415 (SymPy, and all facts)
+
     given, s = scene(model), numbers_only(scheme, "ask once for each")
     t_end = end_asked(t_end)
     if given.load is not None or given.u0.ndim > 1:
@@ -82,6 +82,8 @@ def energy_drift(model: Any, scheme: Any, *, t_end: float) -> EnergyDrift:
 
 def _along(given: Scene, rates: list[Any], t: Array) -> tuple[Array, Array]:
     """Exact coordinates and rates (n + 1, 2 d) at times t (n + 1,), and integrals (k, n + 1) of functions of them."""
+    from scipy.integrate import solve_ivp  # noqa: PLC0415 (slow to import)
+
     d, values, at = len(given.u0), [*given.parameters.values()], np.zeros(())
 
     def slope(_: float, y: Array) -> Array:
