@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import tables
-from declared import BY_NAME, UNDAMPED, random_parameters
+from declared import BY_NAME, TOGETHER, UNDAMPED, random_parameters
 from declared_steps import constants
 from stepping import MP, Problem
 from substep_derive import DeclarationError, Parameter, Root, Scheme, certify, composition, derive, nystrom, tableau
@@ -19,7 +19,6 @@ from substep_derive.declare.symbols import Omega, f, gamma, h, knot
 from substep_derive.emit.first_use import catalogue_pair
 from substep_derive.motion.equations import EquationsOfMotion
 from substep_derive.stability.all_damping import certify_all_damping
-from substep_derive.step.step import Step
 from sympy import Expr, Interval, Matrix, Rational, Symbol, cancel, eye, lambdify
 from sympy.printing.pycode import MpmathPrinter
 
@@ -34,7 +33,7 @@ EMBEDDED = {
 }  # fmt: skip
 OF_TABLES = (*tables.TABLES, *tables.NYSTROM, *tables.EXTRAPOLATIONS, *tables.COMPOSITIONS)
 # schemes whose balances are solved one after another; `test_nonlinear_order` marches the others
-ONE_BY_ONE = [name for name in OF_TABLES if all(stage.alone for stage in Step.of(BY_NAME[name]).stages)]
+ONE_BY_ONE = [name for name in OF_TABLES if name not in TOGETHER]
 
 
 def test_trees_are_as_many_as_there_are() -> None:
