@@ -179,7 +179,7 @@ assert min(margins) > 0
 # ## What a scheme loses on nonlinear scenes
 #
 # The motion that a scheme computes is, to every power of $h$, the exact motion of a modified equation, and keeps a
-# modified energy $H = T + V + h^p H_p + \dots$ but for a rate that is a sum of contractions of derivatives of $V$,
+# modified energy $H = T + V + h^p H_p + \ldots$ but for a rate that is a sum of contractions of derivatives of $V$,
 # whatever $V$ is. HHT-α loses energy on every potential at the rate $-\alpha (1 + \alpha)^2 h^3/4$ times the square of
 # $V'' v$; BDF3 gains it.
 
