@@ -220,6 +220,8 @@ def test_what_is_known_of_energies() -> None:
         ("theta_method", 1, "V[v, v]", "1 - 2*theta"),
         ("newmark_bdf2", 1, "V[v, v]", "-gamma_t*(2*gamma - 1)/(2*(2 - gamma_t))"),
         ("bathe", 3, "V[v, N[v]]", "-1/144"),
+        ("bdf3", 3, "V[v, N[v]]", "1/2"),  # of these two energy grows
+        ("adams_moulton3", 3, "V[v, N[v]]", "1/24"),
     ],
 )
 def test_rates_in_the_parameters(name: str, power: int, scalar: str, expected: str) -> None:
