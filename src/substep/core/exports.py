@@ -34,7 +34,7 @@ class Histories(NamedTuple):
 
 def to_dataset(found: Histories) -> "Dataset":
     """Quantities over t and the columns, with units and meanings as attributes."""
-    import xarray  # noqa: PLC0415 (on first use)
+    from .result_dataset import ResultDataset  # noqa: PLC0415 (loads xarray)
 
     variables: dict[str, Any] = {}
     for name, (values, unit, meaning) in found.quantities.items():
@@ -46,7 +46,7 @@ def to_dataset(found: Histories) -> "Dataset":
         "t": named("t", found.t, {"units": "s", "long_name": "time"}),
         found.dimension: named(found.dimension, labels, {}),
     }
-    return xarray.Dataset(variables, coordinates, dict(found.attrs))
+    return ResultDataset(variables, coordinates, dict(found.attrs))
 
 
 @called_as('load("response.nc")')
@@ -62,8 +62,11 @@ def load(path: str | Path) -> "Dataset":
     """
     import xarray  # noqa: PLC0415 (on first use)
 
+    from .result_dataset import ResultDataset  # noqa: PLC0415 (loads xarray)
+
     try:
-        return xarray.load_dataset(path, engine="scipy")  # pyright: ignore[reportUnknownMemberType]
+        found = xarray.load_dataset(path, engine="scipy")  # pyright: ignore[reportUnknownMemberType]
+        return ResultDataset(found.data_vars, found.coords, found.attrs)
     except (TypeError, ValueError) as error:
         raise ValueError(f"expected a netCDF file, got {path}: {error}; write one by Response.save") from error
 

@@ -152,7 +152,7 @@ def _branches(T: Array, at_0: float, plateau: float, T_B: float, T_C: float, T_D
 
 
 def _dataset(T: Array, acceleration: Array, xi: float, attrs: Mapping[str, Any]) -> Dataset:
-    from xarray import Dataset  # noqa: PLC0415 (on first use)
+    from ..core.result_dataset import ResultDataset  # noqa: PLC0415 (loads xarray)
 
     text = {"long_name": "elastic design spectrum, pseudo-acceleration", "units": "m s-2"}
-    return Dataset({"acceleration": named("period", acceleration, text)}, of_oscillators(T, np.array(xi)), attrs)
+    return ResultDataset({"acceleration": named("period", acceleration, text)}, of_oscillators(T, np.array(xi)), attrs)

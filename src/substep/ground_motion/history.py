@@ -5,13 +5,13 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from xarray import Dataset
 
 from ..core.arrays import Array
 from ..core.coefficients import refuse_damping
 from ..core.errors import damping_ratio, real_number
 from ..core.loads import Record
 from ..core.response import Response
+from ..core.result_dataset import ResultDataset
 from ..core.scenes import scene
 from ..core.schemes import Scheme
 from ..marching.run import march
@@ -44,7 +44,7 @@ class SpectralResponse(Response):
         return {"absolute_acceleration": self.absolute_acceleration}
 
 
-class Spectrum(Dataset):
+class Spectrum(ResultDataset):
     """The Dataset of `substep.response_spectrum`, with the history of an oscillator of any period besides.
 
     What xarray makes of it, as `s.sel(period=0.5)` or a file does, has the values but no longer the record.

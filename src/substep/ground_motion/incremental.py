@@ -70,7 +70,7 @@ def incremental_dynamic_analysis(
     >>> s.ductility[1].to_numpy().round(2).tolist()  # a slow record; each period a row
     [[0.51, inf], [0.55, inf]]
     """
-    from xarray import Dataset  # noqa: PLC0415 (on first use)
+    from ..core.result_dataset import ResultDataset  # noqa: PLC0415 (loads xarray)
 
     loads = _records(records, dt, unit)
     T, s = yielding_periods(periods), numbers_only(scheme, "call once for each")
@@ -129,7 +129,7 @@ def incremental_dynamic_analysis(
     unstable = int(np.count_nonzero(~np.isfinite(S_a[:, :, 0])))
     of_first = attributes(s, loads, unstable)
     attrs = {name: of_first[name] for name in ("scheme", "parameters", "unit", "unstable")}
-    return Dataset(variables, coordinates, attrs | {"law": law, "hardening": alpha, "collapse": bound})
+    return ResultDataset(variables, coordinates, attrs | {"law": law, "hardening": alpha, "collapse": bound})
 
 
 def _records(

@@ -1,18 +1,18 @@
 """An inelastic spectrum that knows its record, and the history of one of its oscillators."""
 
 import numpy as np
-from xarray import Dataset
 
 from ..core.errors import real_number
 from ..core.loads import Record
 from ..core.response import Response
+from ..core.result_dataset import ResultDataset
 from ..core.scene_catalogue import WITH_LAW
 from ..core.scenes import scene
 from ..marching.run import march
 from .yield_strengths import Asked, strengths
 
 
-class InelasticSpectrum(Dataset):
+class InelasticSpectrum(ResultDataset):
     """The Dataset of `substep.inelastic_spectrum`, with the history of an oscillator of any period besides.
 
     What xarray makes of it, as `s.sel(period=0.5)` or a file does, has the values but no longer the record.

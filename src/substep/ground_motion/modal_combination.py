@@ -159,7 +159,7 @@ def spectrum_beside_history(
     >>> [round(float(x), 3) for x in found.shear_difference]  # of history, srss, cqc
     [0.0, -0.01, -0.01]
     """
-    from xarray import Dataset  # noqa: PLC0415 (on first use)
+    from ..core.result_dataset import ResultDataset  # noqa: PLC0415 (loads xarray)
 
     motion = record_of(record, dt)
     cqc = response_spectrum_analysis(modes, motion, direction, dofs=dofs, scheme=scheme)
@@ -185,7 +185,7 @@ def spectrum_beside_history(
         variables[f"{name}_difference"] = named(dims, relative(values, values[0]), text)
     dof = np.array(cqc.dofs, dtype=object if modes.structure.names else np.int64)
     coordinates_of = {"way": named("way", np.array(["history", *RULES]), {}), "dof": named("dof", dof, {})}
-    return Dataset(variables, coordinates_of, {"scheme": make_scheme(scheme).name, "dt": motion.dt})
+    return ResultDataset(variables, coordinates_of, {"scheme": make_scheme(scheme).name, "dt": motion.dt})
 
 
 def cqc_correlation(omega: Array, xi: Array) -> Array:

@@ -59,7 +59,7 @@ def response_spectrum_rotated(
     >>> [round(float(ratio), 3) for ratio in spectrum.pseudo_acceleration[:, 0] / spectrum.larger[0]]
     [0.0, 1.0, 1.414]
     """
-    from xarray import Dataset  # noqa: PLC0415 (on first use)
+    from ..core.result_dataset import ResultDataset  # noqa: PLC0415 (loads xarray)
 
     first, second = (record_of(component, dt, unit) for component in (x, y))
     _require_alike(first, second)
@@ -90,7 +90,7 @@ def response_spectrum_rotated(
         "percentile": named("percentile", parts, {"long_name": "percentile over the directions", "units": "percent"}),
         **of_oscillators(T, damping),
     }
-    return Dataset(variables, coordinates, attributes(s, (first, second), int(np.count_nonzero(~found))))
+    return ResultDataset(variables, coordinates, attributes(s, (first, second), int(np.count_nonzero(~found))))
 
 
 def _require_alike(x: Record, y: Record) -> None:

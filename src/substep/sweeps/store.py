@@ -44,9 +44,12 @@ class Store:
         """The Dataset as it is on disk, whose values are read when they are used."""
         import xarray  # noqa: PLC0415 (on first use)
 
+        from ..core.result_dataset import ResultDataset  # noqa: PLC0415
+
         found = xarray.open_zarr(self.path, chunks=None, consolidated=False)
         del found.attrs["chunk"]
-        return found[list(self.targets)]
+        found = found[list(self.targets)]
+        return ResultDataset(found.data_vars, found.coords, found.attrs)
 
     def _check(self, template: "xarray.Dataset") -> None:
         import xarray  # noqa: PLC0415 (on first use)

@@ -149,12 +149,12 @@ class SweepPlan(Asked, ABC):
 
     def template(self) -> "xarray.Dataset":
         """A Dataset with the coordinates and attributes of the sweep, without variables."""
-        import xarray  # noqa: PLC0415 (on first use)
+        from ..core.result_dataset import ResultDataset  # noqa: PLC0415 (loads xarray)
 
         coordinates = {axis.name: named(axis.name, axis.values, self.about(axis)) for axis in self.axes}
         if self.keep == "history":
             coordinates["t"] = named("t", self.times, self.time_attrs)
-        return xarray.Dataset(coords=coordinates | self.labels, attrs=self.attrs)
+        return ResultDataset(coords=coordinates | self.labels, attrs=self.attrs)
 
     def __getstate__(self) -> Mapping[str, Any]:
         """Only the fields: cached handles of scheme and scene hold functions, which cannot be pickled."""

@@ -1,0 +1,65 @@
+"""What is computed prints in ten lines: Datasets by their axes, and what went wrong in them."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import substep as ss
+
+SHAKEN = np.sin(0.05 * np.arange(400.0))
+RUNS: dict[str, Callable[[], Any]] = {
+    "response": lambda: ss.march("duffing", "bathe", dt=0.1, t_end=1.0).to_xarray(),
+    "sweep": lambda: ss.sweep("linear_oscillator", "newmark", omega=[1.0, 2.0], dt=0.1, t_end=1.0, keep="history"),
+    "peaks": lambda: ss.sweep("duffing", "bathe", eps=np.linspace(0.1, 1.0, 9), dt=0.1, t_end=1.0, keep="peak"),
+    "spectrum": lambda: ss.response_spectrum(SHAKEN, dt=0.02, xi=[0.02, 0.05]),
+    "inelastic": lambda: ss.inelastic_spectrum(SHAKEN, dt=0.02, periods=[0.5, 1.0], ductility=[2.0, 4.0]),
+    "rotated": lambda: ss.response_spectrum_rotated(SHAKEN, SHAKEN[::-1], dt=0.02),
+    "design": lambda: ss.design_spectrum("ec8", a_g=2.0, ground="B"),
+}
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_it_prints_in_ten_lines_with_all_its_variables(name: str) -> None:
+    found = RUNS[name]()
+    rows = repr(found).splitlines()
+    assert len(rows) <= 10
+    assert max(map(len, rows)) <= 100
+    words = set(repr(found).replace(",", " ").replace(":", " ").split())
+    assert {*map(str, found.data_vars), *map(str, found.sizes)} <= words
+    assert len(repr(found.isel(dict.fromkeys(found.sizes, 0))).splitlines()) <= 10
+
+
+def test_ten_lines_are_all_there_is_of_many_variables() -> None:
+    many = RUNS["response"]().assign({f"a_long_name_of_variable_{k}": ("t", np.zeros(11)) for k in range(99)})
+    rows = repr(many).splitlines()
+    assert len(rows) == 10
+    assert rows[-1] == "  ..."
+    assert len(repr(xr.Dataset(many.data_vars)).splitlines()) > 10  # xarray's own
+
+
+def test_it_says_how_many_runs_have_completed_and_where_axes_go() -> None:
+    """Central differences are unstable beyond Omega = 2: at the largest of three frequencies energy grows."""
+    call: dict[str, Any] = {"omega": [1.0, 2.0, 9.0], "dt": 0.25, "t_end": 50.0, "keep": "final", "energy_bound": 1e6}
+    lines = repr(ss.sweep("linear_oscillator", "central_difference", **call)).splitlines()
+    assert lines[0].startswith("<ResultDataset central_difference on linear_oscillator, 2 of 3 runs completed, ")
+    assert lines[1] == "axes: omega 3 (1, 2, 9), coordinate 1 (u), balance 1 (1)"
+    lines = repr(RUNS["peaks"]()).splitlines()
+    assert lines[1] == "axes: eps 9 (0.1 ... 1), coordinate 1 (u), balance 2 (1, 2)"
+    one = RUNS["sweep"]().isel(omega=0, t=-1)
+    assert f"energy = {float(one.energy):.5g} J" in repr(one)
+    assert "besides: omega = 1, t = 1 s" in repr(one)
+
+
+def test_a_file_and_a_folder_print_alike(tmp_path: Path) -> None:
+    r = ss.march("duffing", "bathe", dt=0.1, t_end=1.0)
+    r.save(tmp_path / "r.nc")
+    assert repr(ss.load(tmp_path / "r.nc")) == repr(r.to_xarray())
+    call: dict[str, Any] = {"omega": [1.0, 2.0], "dt": 0.1, "t_end": 1.0}
+    here, there = (ss.sweep("linear_oscillator", "newmark", **call, save=at) for at in (None, tmp_path / "kept"))
+    rows, expected = repr(there).splitlines(), repr(here).splitlines()
+    assert rows[1:] == expected[1:]
+    assert "on linear_oscillator, 2 of 2 runs completed" in rows[0]  # labels take other room in a folder
