@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from typer.testing import CliRunner
 
 import substep as ss
 from substep.cli.commands import app
+from substep.core.schemes import Kind
 from substep.derived import facade
 from substep.figures import charts
 from substep.studies import failures
@@ -41,6 +43,22 @@ def test_lists_have_every_one_within_80_columns(command: str, option: str, monke
     assert ("growth U2-V3: in the first step u grows like Omega^2, v/omega like Omega^3" in lines) == (
         (command, option) == ("schemes", "")
     )
+
+
+def test_schemes_are_listed_by_kind_and_found() -> None:
+    lines = runner.invoke(app, ["schemes"]).output.splitlines()
+    kinds = [line for line in lines if line in get_args(Kind)]
+    assert kinds == list(get_args(Kind))
+    at = {line.split(" ")[0]: k for k, line in enumerate(lines)}
+    below = {
+        name: max((kind for kind in kinds if lines.index(kind) < at[name]), key=lines.index) for name in ss.schemes()
+    }
+    assert below == {name: ss.scheme(name).kind for name in ss.schemes()}
+    found = runner.invoke(app, ["schemes", "gauss", "--order", "4", "--A", "--implicit"]).output.splitlines()
+    assert [line.split(" ")[0] for line in found if " A " in line] == ["gauss2"]
+    none = runner.invoke(app, ["schemes", "--order", "17"])
+    assert none.exit_code == 2
+    assert "expected what some scheme has, got none" in " ".join(none.output.replace("│", " ").split())
 
 
 def test_certify_prints_the_proof_and_reads_exact_numbers() -> None:

@@ -120,3 +120,34 @@ def test_an_argument_that_people_write_is_answered_by_ours(given: str, ours: str
 def test_a_sweep_answers_a_period_by_omega() -> None:
     with pytest.raises(ValueError, match="got 'T'; here it is omega = 2 pi/T"):
         ss.sweep("linear_oscillator", "bathe", dt=0.1, t_end=1.0, T=[0.5, 1.0])
+
+
+@pytest.mark.parametrize("name", BY_NAME)
+def test_a_scheme_is_found_by_what_it_is_and_by_no_other_answer(name: str) -> None:
+    s = ss.scheme(name)
+    assert s.order is not None
+    has = {"order": min(s.order[:2]), "solves": s.balances, "A_stable": s.A_stable, "L_stable": s.L_stable}
+    has = {key: value for key, value in has.items() if value is not None} | {"explicit": s.kind == "explicit"}
+    assert name in ss.schemes(**has)
+    for key, value in has.items():
+        other = value + 1 if type(value) is int else not value
+        assert name not in ss.schemes(**{key: other})
+    for text in (name, name.upper().replace("_", " "), s.reference.split(",")[0], *BY_NAME[name].synonyms):
+        assert name in ss.schemes(search=text.partition(": ")[0])
+
+
+def test_what_is_explicit_takes_no_tangent_of_the_force() -> None:
+    explicit = {name for name in BY_NAME if ss.scheme(name).kind == "explicit"}
+    for name in ("chang", "kr_alpha", "forest_ruth", "newmark", "energy_momentum", "bathe"):
+        tangents = [str(balance.effective_stiffness) for balance in derive(name).balances]
+        assert (name in explicit) == all("K_t" not in k and "N_discrete" not in k for k in tangents)
+    assert {"central_difference", "kr_alpha", "rk4", "chang"} <= explicit
+    assert not {"newmark", "energy_momentum", "gauss2", "bdf2"} & explicit
+
+
+def test_schemes_are_asked_for_by_answers_that_there_are() -> None:
+    assert ss.schemes() == tuple(BY_NAME)
+    assert ss.schemes(search="no such scheme") == ()
+    for name, value in (("order", 2.0), ("order", True), ("solves", "2"), ("A_stable", 1), ("explicit", "no")):
+        with pytest.raises(ValueError, match=f"expected {name} as .*, got {value!r}; give one, or leave it out"):
+            ss.schemes(**{name: value})  # pyright: ignore[reportArgumentType]

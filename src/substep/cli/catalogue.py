@@ -1,5 +1,6 @@
 """The commands `substep schemes`, `substep show` and `substep scenes`: what is in the catalogue."""
 
+from collections.abc import Iterable, Sequence
 from html import escape
 from itertools import groupby
 from pathlib import Path
@@ -9,13 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 import typer
 from rich.console import Console
 
-from ..core.schemes import Scheme, scheme
+from ..core.schemes import Kind, Scheme, scheme
 from ..core.schemes import schemes as scheme_names
 from .arguments import SchemeArgument, declared, require_folders, scheme_of, source_of, working
 from .lines import width, wrapped
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Mapping
 
     from ..derived.facade import ClosedForm
 
@@ -29,29 +30,48 @@ LINE = 78  # columns of a line in lists
 
 
 def schemes(
+    search: Annotated[str, typer.Argument(help="a text in a name, a synonym or a reference")] = "",
+    order: Annotated[int | None, typer.Option(help="of u and v, the lower of the two")] = None,
+    solves: Annotated[int | None, typer.Option(help="balances a step")] = None,
+    A_stable: Annotated[bool | None, typer.Option("--A/--not-A", help="A-stable or not")] = None,
+    L_stable: Annotated[bool | None, typer.Option("--L/--not-L", help="L-stable or not")] = None,
+    explicit: Annotated[bool | None, typer.Option("--explicit/--implicit", help="without or with solves")] = None,
     references: Annotated[bool, typer.Option("--references", help="where each was published")] = False,
     parameters: Annotated[bool, typer.Option("--parameters", help="the parameters of each, with defaults")] = False,
     markdown: Annotated[bool, typer.Option("--markdown", help="the table as Markdown")] = False,
 ) -> None:
-    """List all schemes: order of u, v and a, spectral radius at infinity, and for which Omega they are stable.
+    """List schemes by kind: order of u, v and a, spectral radius at infinity, and for which Omega they are stable.
 
-    All at default parameters. stable: A, L for A-stable, L-stable; else for which Omega, undamped. solves: balances a
-    step. growth: overshoot, the powers of Omega with which u and v/omega grow in the first step.
+    Those that are as asked, such as substep schemes --order 4 --A; at default parameters. stable: A, L for A-stable,
+    L-stable; else for which Omega, undamped. solves: balances a step. growth: overshoot, the powers of Omega with which
+    u and v/omega grow in the first step.
     """
-    rows = [_row(scheme(name)) for name in scheme_names()]
+    names = scheme_names(
+        order=order, solves=solves, A_stable=A_stable, L_stable=L_stable, explicit=explicit, search=search
+    )
+    if not names:
+        raise typer.BadParameter("expected what some scheme has, got none that has all of it; ask for less")
+    every = [scheme(name) for name in names]
     if markdown:
+        rows = map(_row, every)
         print("\n".join(f"| {' | '.join(cells)} |" for cells in (COLUMNS, ("---",) * len(COLUMNS), *rows)))
     elif references or parameters:
-        for s in map(scheme, scheme_names()):
+        for s in every:
             text = "; ".join(
                 [*([_parameters(s) or "no parameters"] if parameters else []), *([s.reference] if references else [])]
             )
             print("\n".join([s.name, *wrap(text, LINE, initial_indent="  ", subsequent_indent="  ")]))
     else:
-        widths = [max(map(len, column)) for column in zip(COLUMNS, *rows, strict=True)]
-        for cells in (COLUMNS, *rows):
-            print("  ".join(cell.ljust(wide) for cell, wide in zip(cells, widths, strict=True)).rstrip())
+        widths = [max(map(len, column)) for column in zip(COLUMNS, *map(_row, every), strict=True)]
+        print(_aligned(COLUMNS, widths))
+        for kind in get_args(Kind):
+            if rows := [_aligned(_row(s), widths) for s in every if s.kind == kind]:
+                print("\n".join(["", kind, *rows]))
         print(GROWTH)
+
+
+def _aligned(row: Sequence[str], widths: Iterable[int]) -> str:
+    return "  ".join(cell.ljust(wide) for cell, wide in zip(row, widths, strict=True)).rstrip()
 
 
 def _row(s: Scheme) -> tuple[str, ...]:

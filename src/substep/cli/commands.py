@@ -323,7 +323,7 @@ def spectrum(
 
 
 for command in (
-    Command("What there is", "substep schemes --references", schemes),
+    Command("What there is", "substep schemes --order 4 --A", schemes),
     Command("What there is", "substep show newmark_bdf2 --part amplification", show),
     Command("What there is", "substep scenes --references", scenes),
     Command("Runs", "substep run elastic_pendulum bathe --EA 1e4 --dt 0.01 --t-end 30", run, parameters=True),

@@ -30,14 +30,16 @@ class Facts:
 
     rho_inf: spectral radius as Omega -> oo, undamped; an array where parameters are. critical_Omega: the end of the
     interval from 0 on in which the scheme is stable, undamped; inf where it is stable for every Omega. A_stable: for
-    every Omega and every damping ratio; L_stable: and rho_inf = 0. overshoot: such as "U0-V1". damping, period: the
-    first terms of numerical damping and period error at small Omega, undamped, as (power, coefficient), to six digits
-    where a default is irrational; (0, 0.0) for an error that is 0.
+    every Omega and every damping ratio; L_stable: and rho_inf = 0. iterated: how many balances of a step have the
+    force's tangent or gradient in their effective stiffness. overshoot: such as "U0-V1". damping, period: the first
+    terms of numerical damping and period error at small Omega, undamped, as (power, coefficient), to six digits where a
+    default is irrational; (0, 0.0) for an error that is 0.
     """
 
     order: tuple[int, int, int] | None = None
     rho_inf: float | Array | None = None
     critical_Omega: float | None = None
+    iterated: int | None = None
     A_stable: bool | None = None
     L_stable: bool | None = None
     overshoot: str | None = None
@@ -64,6 +66,7 @@ def facts_at_defaults(name: str) -> Facts:
         overshoot=row["overshoot"],
         A_stable=decided[row["A_stable"]],
         L_stable=decided[row["L_stable"]],
+        iterated=sum("K_t" in k or "N_discrete" in k for k in row["stiffness"]),
         damping=damping,
         period=period,
         **row["values"],

@@ -37,6 +37,12 @@ def named(name: str) -> str:
     raise unknown_name("a scheme", name, (*SCHEMES, *synonyms), "substep.schemes(), or `substep schemes`, lists all")
 
 
+def found(name: str, text: str) -> bool:
+    """Whether a text is in the name, a synonym or the reference of a scheme of the catalogue, as words are written."""
+    entry, asked = SCHEMES[name], _written(text)[0]
+    return any(asked in _written(words)[0] for words in (name, entry["reference"], *entry.get("synonyms", ())))
+
+
 def _written(name: str) -> tuple[str, str]:
     """A name in small letters with words joined by _, and the same without a last word such as method."""
     plain = unicodedata.normalize("NFKD", re.sub("['’]s?", "", name.lower())).encode("ascii", "ignore").decode()

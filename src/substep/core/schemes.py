@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,7 +21,7 @@ from .entries import ParameterInfo, SchemeInfo
 from .error_estimate import LocalError, local_error
 from .errors import called_as, unknown_name
 from .facts import Facts, Term, facts_at, facts_at_defaults, rho_inf_forms
-from .scheme_names import SCHEMES, named
+from .scheme_names import SCHEMES, found, named
 from .scheme_record import SchemeRecord
 
 if TYPE_CHECKING:
@@ -35,13 +35,45 @@ OF_THE_NEW_STATE = {
 }
 
 
-def schemes() -> tuple[str, ...]:
-    """Names of all schemes, members of families included.
+Kind = Literal["explicit", "one solve a step", "several steps", "sub-steps"]
+
+
+@called_as('schemes(order=4, A_stable=True, search="gauss")')
+def schemes(
+    *,
+    order: int | None = None,
+    solves: int | None = None,
+    A_stable: bool | None = None,
+    L_stable: bool | None = None,
+    explicit: bool | None = None,
+    search: str = "",
+) -> tuple[str, ...]:
+    """Names of all schemes, members of families included, or of those that are as asked at their defaults.
+
+    order: of u and v, the lower of the two. solves: balances of a step. explicit: whether no step needs the force's
+    tangent. search: a text in the name, a synonym or the reference, in small or capital letters. Raises ValueError for
+    an order or a number of solves that is not whole, and for anything but True or False where one is asked for.
 
     >>> ss.schemes()[:3]
     ('forward_euler', 'central_difference_lagged', 'rk2')
+    >>> ss.schemes(order=4, A_stable=True, solves=2)
+    ('gauss2', 'lobatto_iiia3')
+    >>> ss.schemes(explicit=True, search="Bathe")
+    ('noh_bathe',)
     """
-    return tuple(SCHEMES)
+    asked = {"order": order, "solves": solves, "A_stable": A_stable, "L_stable": L_stable, "explicit": explicit}
+    given = {name: x for name, x in asked.items() if x is not None}
+    for name, x in given.items():
+        if type(x) is not (int if name in ("order", "solves") else bool):
+            text = "a whole number" if name in ("order", "solves") else "True or False"
+            raise ValueError(f"expected {name} as {text}, got {x!r}; give one, or leave it out")
+
+    def is_asked(s: Scheme) -> bool:
+        has = min((s.order or (0,))[:2]), s.balances, s.A_stable, s.L_stable, s.kind == "explicit"
+        return given.items() <= dict(zip(asked, has, strict=True)).items()
+
+    names = [name for name in SCHEMES if not search or found(name, search)]
+    return tuple(name for name in names if not given or is_asked(scheme(name)))
 
 
 @called_as('scheme("newmark", beta=0.25, gamma=0.5)')
@@ -171,6 +203,18 @@ class Scheme(SchemeRecord):
     def balances(self) -> int:
         """How many balances (implicit solves or force evaluations) a step has."""
         return self.info.balances
+
+    @property
+    def kind(self) -> Kind | None:
+        """Of its step: "explicit" where it needs no tangent of the force, else how often, or from how many steps back.
+
+        None at other parameters than the defaults.
+        """
+        if (iterated := self.facts.iterated) is None:
+            return None
+        if iterated != 1:
+            return "sub-steps" if iterated else "explicit"
+        return "several steps" if any(lag for _, lag in self.history) else "one solve a step"
 
     @cached_property
     def facts(self) -> Facts:

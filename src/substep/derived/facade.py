@@ -131,11 +131,6 @@ def order(name: str) -> tuple[int, int, int]:
     return CATALOGUE[name]["order"]
 
 
-def iterated(name: str) -> int:
-    """How many balances of a step are iterated: those whose effective stiffness has the force's tangent or gradient."""
-    return sum("K_t" in k or "N_discrete" in k for k in CATALOGUE[name]["stiffness"])
-
-
 def catalogue_row(name: str) -> CatalogueRow:
     """A scheme's row in the table of the catalogue, from generated/: see `substep_derive.study.facts.row`."""
     row = {key: CATALOGUE[name][key] for key in (f.name for f in fields(CatalogueRow)) if key != "scheme"}

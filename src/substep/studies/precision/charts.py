@@ -4,12 +4,13 @@ import csv
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ...core.schemes import scheme, schemes
+from ...core.schemes import Kind, scheme, schemes
 from ...core.style import COLOURS, MOST, REFERENCE, look, styled
 from ...derived import facade
 from ...figures.charts import save
@@ -33,16 +34,7 @@ STATISTICS = {"final": "at the end", "maximum": "largest", "rms": "root mean squ
 
 def kinds() -> dict[str, list[str]]:
     """All schemes by the kind of their step, which their balances and states show."""
-    found: dict[str, list[str]] = {"explicit": [], "one solve a step": [], "several steps": [], "sub-steps": []}
-    for name in schemes():
-        implicit, several = facade.iterated(name), any(lag for _, lag in scheme(name).history)
-        kind = (
-            "explicit" if implicit == 0 else
-            "sub-steps" if implicit > 1 else
-            "several steps" if several else "one solve a step"
-        )  # fmt: skip
-        found[kind].append(name)
-    return found
+    return {kind: [name for name in schemes() if scheme(name).kind == kind] for kind in get_args(Kind)}
 
 
 def order(name: str) -> int:
