@@ -13,11 +13,11 @@ __all__ = ["FurtherSteps", "sample_parameters"]  # of all schemes, those of this
 solve = np.linalg.solve
 
 
-def stages_of_the_new_step(rho_1: Any, rho_2: Any, rho_3: Any, v0: bool) -> SimpleNamespace:
+def stages_of_the_new_step(rho_1: Any, rho_2: Any, rho_3: Any, u0: bool) -> SimpleNamespace:
     """Lambda_1, 2, 3, 5, 6 and lambda_3, 5 of Zhou and Tamma."""
     q, s = (1 + rho_1) * (1 + rho_2), 3 + rho_1 + rho_2 - rho_1 * rho_2
     L6, L3 = (2 + rho_1 + rho_2 + rho_3 - rho_1 * rho_2 * rho_3) / (q * (1 + rho_3)), 1 / (q * (1 + rho_3))
-    if v0:
+    if u0:
         L1, L2, L5 = 1 / (1 + rho_3), 1 / (2 * (1 + rho_3)), s / (2 * q * (1 + rho_3))
         return SimpleNamespace(L1=L1, L2=L2, L3=L3, L5=L5, L6=L6, l3=1 / q, l5=s / (2 * q))
     L1, L2, L5 = s / (2 * q), 1 / q, 2 / (q * (1 + rho_3))
@@ -62,10 +62,18 @@ def adams_moulton3(s, state, p, f):
     return (*new, a0), new
 
 
-def _gssss(name: str, v0_family: bool) -> None:
+@scheme("zhai", "u h*v h^2*a h^2*a[-1]", "psi phi")
+def zhai(s, state, p, f):
+    u0, v0, a0, am = state
+    u1, v1 = u0 + v0 + (s.one / 2 + p.psi) * a0 - p.psi * am, v0 + (1 + p.phi) * a0 - p.phi * am
+    new = u1, v1, s.acceleration(u1, v1, f(1))
+    return (*new, a0), new
+
+
+def _gssss(name: str, u0_family: bool) -> None:
     @scheme(name, "u h*v h^2*a", "rho_1 rho_2 rho_3")
     def rule(s, state, p, f):
-        (u0, v0, a0), L = state, stages_of_the_new_step(p.rho_1, p.rho_2, p.rho_3, v0_family)
+        (u0, v0, a0), L = state, stages_of_the_new_step(p.rho_1, p.rho_2, p.rho_3, u0_family)
 
         def wrong(a1):
             d = a1 - a0
@@ -77,8 +85,8 @@ def _gssss(name: str, v0_family: bool) -> None:
         return new, new
 
 
-_gssss("gssss_u0", False)
-_gssss("gssss_v0", True)
+_gssss("gssss_u0", True)
+_gssss("gssss_v0", False)
 
 
 @scheme("discontinuous_galerkin_p1", "u h*v")
@@ -134,9 +142,15 @@ class FurtherSteps:
         known_u, known_v = u0 + h * v0 + h**2 * (10 * a0 - am) / 24, v0 + h * (8 * a0 - am) / 12
         return self.balance(1, Line(known_u, h**2 / 8, known_v, 5 * h / 12))
 
-    def _zhou_tamma(self, p, v0_family):
+    def zhai(self, p):
+        (s, h, t, u0, v0, a0), am = self.now(), self.rows[-2].a if len(self.rows) > 1 else self.rows[-1].a
+        u1 = u0 + h * v0 + h**2 * ((0.5 + p.psi) * a0 - p.psi * am)
+        v1 = v0 + h * ((1 + p.phi) * a0 - p.phi * am)
+        return Row(u1, v1, s.acceleration(u1, v1, t + h))
+
+    def _zhou_tamma(self, p, u0_family):
         """The balance at its own knot, where the unknown is the change of acceleration."""
-        (s, h, t, u0, v0, a0), L = self.now(), stages_of_the_new_step(p.rho_1, p.rho_2, p.rho_3, v0_family)
+        (s, h, t, u0, v0, a0), L = self.now(), stages_of_the_new_step(p.rho_1, p.rho_2, p.rho_3, u0_family)
         load = (1 - L.L1) * s.load(t) + L.L1 * s.load(t + h)
         known = u0 + L.L1 * h * v0 + L.L2 * h**2 * a0
         d = (u0 - known) / (L.L3 * h**2)
@@ -150,10 +164,10 @@ class FurtherSteps:
         return Row(u0 + h * v0 + h**2 / 2 * a0 + L.l3 * h**2 * d, v0 + h * a0 + L.l5 * h * d, a0 + d)
 
     def gssss_u0(self, p):
-        return self._zhou_tamma(p, False)
+        return self._zhou_tamma(p, True)
 
     def gssss_v0(self, p):
-        return self._zhou_tamma(p, True)
+        return self._zhou_tamma(p, False)
 
     def discontinuous_galerkin_p1(self, p):
         """The four fields' values by Newton's iteration on the two velocities, from which displacements follow."""

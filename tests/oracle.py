@@ -92,6 +92,8 @@ def sample_parameters(name: str, rng: Any) -> dict[str, float]:
         return {"beta": float(rng.uniform(1, 28 / 27))}
     if name == "theta_method":
         return {"theta": float(rng.uniform(0, 1))}
+    if name == "zhai":
+        return {key: float(rng.uniform(0, 1)) for key in ("psi", "phi")}
     ranges = {
         "beta": (0.05, 1), "gamma": (0.3, 1.2), "gamma_t": (0.1, 0.9), "theta": (1, 2), "alpha": (-1 / 3, 0),
         "alpha_B": (-1, 0), "alpha_m": (-1, 0.5), "alpha_f": (0, 0.5), "rho_inf": (0, 1), "p": (0.5, 0.9),

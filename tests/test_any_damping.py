@@ -22,7 +22,15 @@ from substep.derived.simple_fraction import simple_fraction
 KNOWN = [name for name, forms in FORMS.items() if forms["A_stable"] is not None and not BY_NAME[name].decided]
 # stable at small Omega only
 EXPLICIT = (
-    *("noh_bathe", "tchamwa_wielgosz", "kim_two_stage", "explicit_generalized_alpha", "forest_ruth", "chung_lee"),
+    *(
+        "noh_bathe",
+        "tchamwa_wielgosz",
+        "kim_two_stage",
+        "explicit_generalized_alpha",
+        "forest_ruth",
+        "chung_lee",
+        "zhai",
+    ),
 )
 DRAWN = 100  # parameters of each scheme
 GIVEN = {

@@ -33,7 +33,7 @@ EXPLICIT = {
         "dormand_prince",
         "butcher6",
         "forest_ruth",
-        *("chang", "chen_ricles", "chung_lee"),
+        *("chang", "chen_ricles", "chung_lee", "zhai"),
         *("suzuki", "yoshida6", "rkn43", "rkn64", "stoermer_extrapolation"),
     ),
 }

@@ -33,7 +33,7 @@ BOUND = {
         "central_difference",
     ),
     *("explicit_generalized_alpha", "bogacki_shampine", "dormand_prince", "rkn43", "stoermer_extrapolation", "suzuki"),
-    *("yoshida6", "chung_lee"),
+    *("yoshida6", "chung_lee", "zhai"),
 }
 OPEN = {"noh_bathe", "kim_two_stage", "trbdf3", "forest_ruth"}
 OUTSIDE = {"chang"}  # has coefficients that no theorem fits

@@ -5,13 +5,14 @@ from sympy import Expr, Interval, Rational, Symbol, oo
 from ..parameter import Parameter
 from ..published import Published
 from ..scheme import Balance, Scheme
-from ..symbols import K0, C, M, N, beta, f, h, knot
+from ..symbols import K0, C, M, N, beta, f, h, knot, phi
 from .newmark import average_acceleration
 
 u0, v0, a0 = knot(0)
 u1, v1, a1 = end = knot(1)
 am = knot(-1).a
 half = Rational(1, 2)
+psi = Symbol("psi")
 
 _D = M + h * C / 2 + h**2 * K0 / 4
 
@@ -56,6 +57,19 @@ adams_moulton3 = Scheme(
     published=Published("Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), III.2", 3),
 )
 
+zhai = Scheme(
+    "zhai",
+    parameters=(Parameter(psi, Interval(0, 1), half), Parameter(phi, Interval(0, 1), half)),
+    relations={
+        u1: u0 + h * v0 + h**2 * ((half + psi) * a0 - psi * am),
+        v1: v0 + h * ((1 + phi) * a0 - phi * am),
+    },
+    balances=(Balance.at(end, 1),),
+    start={am: a0},  # the first step is the one without psi and phi
+    reference="Zhai, Int. J. Numer. Methods Eng. 39 (1996) 4199-4214",
+    published=Published("Zhai (1996)", 2, oo),
+)
+
 _r1, _r2, _r3 = (Symbol(f"rho_{k}") for k in (1, 2, 3))
 _q = (1 + _r1) * (1 + _r2)
 _up, _vp, _ap = knot("p")
@@ -83,7 +97,8 @@ def gssss(name: str, L1: Expr, L2: Expr, L5: Expr, l3: Expr, l5: Expr) -> Scheme
 
 _S = 3 + _r1 + _r2 - _r1 * _r2
 _half3 = 1 / (1 + _r3)
-gssss_u0 = gssss("gssss_u0", _S / (2 * _q), 1 / _q, 2 / (_q * (1 + _r3)), _half3 / 2, _half3)
-gssss_v0 = gssss("gssss_v0", _half3, _half3 / 2, _S * _half3 / (2 * _q), 1 / _q, _S / (2 * _q))
+# U0, of overshoot 0 in displacement, has generalized-alpha where the three are equal; V0 has none in velocity
+gssss_u0 = gssss("gssss_u0", _half3, _half3 / 2, _S * _half3 / (2 * _q), 1 / _q, _S / (2 * _q))
+gssss_v0 = gssss("gssss_v0", _S / (2 * _q), 1 / _q, 2 / (_q * (1 + _r3)), _half3 / 2, _half3)
 
-ALL = (chang, chen_ricles, chung_lee, adams_moulton3, gssss_u0, gssss_v0)
+ALL = (chang, chen_ricles, chung_lee, adams_moulton3, zhai, gssss_u0, gssss_v0)
