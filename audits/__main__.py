@@ -2,7 +2,8 @@
 
 FOLDER holds the environments that environments.sh makes. The reports go to reports/, one compressed file a program, and
 the page docs/audits.md is written from them and from the scripts that show a deviation without this package, the table
-in docs/conventions.md from the dialects that were found.
+in docs/conventions.md from the dialects that were found, and docs/catalogue_of_programs.md from what manuals and
+sources say.
 """
 
 import json
@@ -17,12 +18,13 @@ from substep_audit.dialects import TABLE, Dialect, find_dialect, to_plain
 from substep_audit.instrument import audit_program
 from substep_audit.program import Program, programs
 
-from . import evidence
+from . import evidence, named
 from .page import conventions, page
 
 HERE = Path(__file__).parent
 PAGE = HERE.parent / "docs" / "audits.md"
 CONVENTIONS = PAGE.with_name("conventions.md")
+CATALOGUE = PAGE.with_name("catalogue_of_programs.md")
 
 
 def environment(name: str, folder: Path) -> str:
@@ -97,6 +99,7 @@ def main() -> None:
         found |= evidence.read(name)["dialects"]
     TABLE.write_text(json.dumps(found, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     PAGE.write_text(page(HERE), encoding="utf-8")
+    CATALOGUE.write_text(named.page(), encoding="utf-8")
     table = {name: Dialect.from_plain(entry) for name, entry in found.items()}
     CONVENTIONS.write_text(conventions(CONVENTIONS.read_text(encoding="utf-8"), table), encoding="utf-8")
 

@@ -37,6 +37,7 @@ if TYPE_CHECKING:  # what extras/ brings; here for type checkers alone
     from substep_audit.claims import Claims
     from substep_audit.dialects import dialect
     from substep_audit.instrument import audit
+    from substep_audit.named_integrators import scheme_of
     from substep_audit.program import Program
     from substep_audit.programs.adapter import Integrator
     from substep_audit.stepper import Stepper
@@ -101,4 +102,4 @@ __all__ = [
     "sweep",
 ]
 if TYPE_CHECKING:
-    __all__ += ["Claims", "Integrator", "Program", "Stepper", "audit", "dialect", "emit"]
+    __all__ += ["Claims", "Integrator", "Program", "Stepper", "audit", "dialect", "emit", "scheme_of"]

@@ -14,7 +14,7 @@ NAMES = "substep"  # the group of entry points that are names of the package
 COMMANDS = "substep.commands"  # and the group of those that are commands
 # names and commands that the folder extras/ of the repository brings, to say so where it is not installed
 OF_EXTRAS = {
-    NAMES: ("Claims", "Integrator", "Program", "Stepper", "audit", "dialect", "emit"),
+    NAMES: ("Claims", "Integrator", "Program", "Stepper", "audit", "dialect", "emit", "scheme_of"),
     COMMANDS: ("explorer", "design", "audit", "emit", "claims", "reproduce"),
 }
 

@@ -1,0 +1,114 @@
+"""The integrators that programs name: every entry is a scheme or says why not, and what was measured agrees."""
+
+import warnings
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from declared import NAMES
+from substep_audit.dialects import dialect, dialects
+from substep_audit.named_integrators import NamedIntegrator, named_integrators, value_of
+
+import substep as ss
+
+ROOT = Path(__file__).parents[1]
+EVERY = {f"{program}.{name}": x for program, of in named_integrators().items() for name, x in of.items()}
+ONES = {name: x for name, x in EVERY.items() if x.scheme}
+AUDITED = [name for name in ONES if f"{EVERY[name].program.lower()}.{EVERY[name].name}" in dialects()]
+
+
+def made(x: NamedIntegrator, **arguments: float) -> ss.Scheme:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return x.of(**{**x.example, **arguments})
+
+
+def test_every_program_that_is_asked_for_is_there() -> None:
+    """Those of the issue that asked for the catalogue, and of programs that are audited with manuals of their own."""
+    asked = {
+        *("OpenSees", "suanPan", "Abaqus", "Ansys", "LS-DYNA", "Code_Aster", "CalculiX", "Nastran", "SOFA", "Chrono"),
+        *("MFEM", "PETSc", "deal.II", "Simulink", "SciML"),
+    }
+    assert asked <= named_integrators().keys()
+    assert len(EVERY) > 300
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_an_entry_is_a_scheme_or_says_why_not(name: str) -> None:
+    x = EVERY[name]
+    assert x.read
+    if x.why_not:
+        with pytest.raises(ValueError, match="expected an integrator that is a scheme of the catalogue, got"):
+            ss.scheme_of(x.program, x.name)
+        return
+    s = made(x)
+    assert s.name in NAMES
+    assert {key for key, default in x.arguments.items() if not default} == x.example.keys()
+    if x.when:
+        with pytest.warns(UserWarning, match=f"is {s.name} .* only"):
+            ss.scheme_of(x.program.upper(), x.name, **x.example)
+    else:
+        assert ss.scheme_of(x.program.lower(), x.name, **x.example) == s
+
+
+@pytest.mark.parametrize("name", AUDITED)
+def test_what_is_read_is_what_was_measured(name: str) -> None:
+    """The dialects were found by running the programs; equal schemes may have different names, and states.
+
+    Eigenvalues of the one with the smaller state are those of the other, and both are all where states are alike.
+    """
+    x = EVERY[name]
+    measured = f"{x.program.lower()}.{x.name}"
+    taken = dialects()[measured].arguments
+    near = {k: value * 0.97 for k, value in x.example.items() if k in taken}
+    for given in (x.example, near):
+        values: dict[str, float] = dict(x.example) | given
+        for argument, default in x.arguments.items():
+            values.setdefault(argument, float(value_of(default, values)) if default else float("nan"))
+        read, found = made(x, **values), dialect(measured, **{k: values[k] for k in taken})
+        for Omega in (0.3, 1.0, 4.0):
+            for xi in (0.0, 0.2) if read.info.damping and found.info.damping else (0.0,):
+                mine, theirs = (np.linalg.eigvals(s.amplification(Omega, xi)) for s in (read, found))
+                less, more = sorted((z[np.abs(z) > 1e-6] for z in (mine, theirs)), key=len)
+                apart = np.abs(less[:, None] - more)
+                assert apart.min(axis=1).max() < 1e-7, (read, found)
+                assert len(less) < len(more) or apart.min(axis=0).max() < 1e-7, (read, found)
+
+
+def test_arguments_are_those_of_the_program() -> None:
+    call: Any = ss.scheme_of
+    for program, name, given, message in (
+        ("OpenSees", "Newmarks", {}, "Newmark"),
+        ("OpenSee", "HHT", {}, "did you mean 'OpenSees'"),
+        ("OpenSees", "Newmark", {"gamma": 0.5}, "expected beta, which OpenSees's Newmark has no default for, got none"),
+        ("OpenSees", "Newmark", {"gamma": 0.5, "beat": 0.25}, "did you mean 'beta'"),
+        ("OpenSees", "Newmark", {"gamma": "1/2", "beta": 0.25}, "expected gamma"),
+        ("OpenSees", "Newmark", {"gamma": 0.5, "beta": -1.0}, "beta of newmark"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            call(program, name, **given)
+
+
+@pytest.mark.parametrize(("text", "value"), {"(2 - a)**2/4": 0.3025, "-a/3 + 1": 0.7, "3/2 - a": 0.6}.items())
+def test_expressions_are_evaluated(text: str, value: float) -> None:
+    assert value_of(text, {"a": Fraction(9, 10)}) == Fraction(str(value))
+    assert float(value_of("2 - 2**(1/2)", {})) == 2 - 2**0.5
+
+
+@pytest.mark.parametrize(
+    "text", ["b", "1/(a - a)", "abs(a)", "a.real", "__import__('os')", "a if a else 1", "'a'", "a and a"]
+)
+def test_nothing_else_is_evaluated(text: str) -> None:
+    with pytest.raises(ValueError, match="expected an expression in a, got|expected arguments at which"):
+        value_of(text, {"a": 0.9})
+
+
+def test_the_page_is_what_is_generated(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(ROOT))
+    from audits.named import page
+
+    text = page()
+    assert (ROOT / "docs" / "catalogue_of_programs.md").read_text(encoding="utf-8") == text
+    assert all(f"`{x.name}`" in text or f"`{x.name} (" in text for x in EVERY.values())
