@@ -122,7 +122,7 @@ def test_another_nonlinear_form_of_the_claimed_scheme_is_named_and_not_accused()
     report = ss.audit(
         densely_stepped("hht_alpha_mixed_displacement", values), ss.Claims("hht_alpha", parameters=values)
     )
-    mixed = ["hht_alpha_mixed_displacement", "gssss_v0", "generalized_alpha_mixed_displacement"]  # one and its families
+    mixed = ["hht_alpha_mixed_displacement", "gssss_u0", "generalized_alpha_mixed_displacement"]  # one and its families
     assert [match.scheme.name for match in report.matches] == mixed
     assert [match.scheme.name for match, _ in report.found.apart] == ["hht_alpha", "generalized_alpha"]
     assert report.judgements[0].verdict == "true" and not report.deviations
