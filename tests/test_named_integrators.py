@@ -26,7 +26,7 @@ def made(x: NamedIntegrator, **arguments: float) -> ss.Scheme:
 
 
 def test_every_program_that_is_asked_for_is_there() -> None:
-    """Those of the issue that asked for the catalogue, and of programs that are audited with manuals of their own."""
+    """The programs of structural dynamics that people use most, and those whose integrators are tables of many."""
     asked = {
         *("OpenSees", "suanPan", "Abaqus", "Ansys", "LS-DYNA", "Code_Aster", "CalculiX", "Nastran", "SOFA", "Chrono"),
         *("MFEM", "PETSc", "deal.II", "Simulink", "SciML"),
@@ -80,7 +80,7 @@ def test_what_is_read_is_what_was_measured(name: str) -> None:
 def test_arguments_are_those_of_the_program() -> None:
     call: Any = ss.scheme_of
     for program, name, given, message in (
-        ("OpenSees", "Newmarks", {}, "Newmark"),
+        ("OpenSees", "Newmarks", {}, "got 'Newmarks'; .*Newmark[,1']"),
         ("OpenSee", "HHT", {}, "did you mean 'OpenSees'"),
         ("OpenSees", "Newmark", {"gamma": 0.5}, "expected beta, which OpenSees's Newmark has no default for, got none"),
         ("OpenSees", "Newmark", {"gamma": 0.5, "beat": 0.25}, "did you mean 'beta'"),
@@ -98,7 +98,8 @@ def test_expressions_are_evaluated(text: str, value: float) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["b", "1/(a - a)", "abs(a)", "a.real", "__import__('os')", "a if a else 1", "'a'", "a and a"]
+    "text",
+    ["b", "1/(a - a)", "(a - 1)**(1/2)", "abs(a)", "a.real", "__import__('os')", "a if a else 1", "'a'", "a and a"],
 )
 def test_nothing_else_is_evaluated(text: str) -> None:
     with pytest.raises(ValueError, match="expected an expression in a, got|expected arguments at which"):

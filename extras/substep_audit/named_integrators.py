@@ -78,7 +78,7 @@ class NamedIntegrator:
         parameters = {name: float(value_of(text, values)) for name, text in self.parameters.items()}
         found = make_scheme(self.scheme, **parameters)
         if self.when:
-            warnings.warn(f"{self.program}'s {self.name} is {found.name} {self.when} only", stacklevel=3)
+            warnings.warn(f"{self.program}'s {self.name} is {found.name} {self.when} only", stacklevel=4)
         return found
 
 
@@ -90,7 +90,7 @@ def as_written(x: float) -> Fraction:
 def value_of(text: str, values: Mapping[str, Number]) -> Number:
     """The value of an expression in named numbers, + - * / ** and parentheses: exact but for roots.
 
-    Raises ValueError for any other text, and where it is divided by 0.
+    Raises ValueError for any other text, and where it has no real value.
     """
 
     def of(node: ast.AST) -> Number:
@@ -109,8 +109,10 @@ def value_of(text: str, values: Mapping[str, Number]) -> Number:
                 raise ValueError(f"expected an expression in {', '.join(values) or 'numbers'}, got '{text}'")
 
     try:
-        return of(ast.parse(text, mode="eval"))
-    except ZeroDivisionError:
+        found = of(ast.parse(text, mode="eval"))
+        float(found)  # a root of a negative number is complex
+        return found
+    except (ArithmeticError, TypeError):
         given = ", ".join(f"{name} = {float(value):g}" for name, value in values.items())
         raise ValueError(f"expected arguments at which '{text}' has a value, got {given}; give others") from None
 
