@@ -116,6 +116,7 @@ def bilinear_kernel(
     arrays = {
         **{name: np.broadcast_to(x, P).astype(float) for name, x in printed(scene.parameters).items()},
         **{"h": np.full(P, load.dt), "bound": np.full(P, np.inf), "n": np.full(P, n), "first": 0, "stride": 1},
+        "extremes": np.empty((P, 0)),
         **{"state": np.zeros((P, rows, 1)), "out": np.zeros((P, 0, rows, 1)), "forces": load.samples[None, 1:, None]},
         **{"peak": np.empty(P), "n_done": np.empty(P, np.int64), "status": np.empty(P, np.int64)},
     }

@@ -159,6 +159,7 @@ def test_fuzzed_declarations_march_as_they_are_written(declared: Any) -> None:
     arrays |= {"u": u, "v": v, "a": a, "n": np.array([n]), "first": 0, "stride": 1, "bound": np.array([np.inf])}
     arrays["state"] = np.zeros((1, len(module.STATE), 1))
     arrays["out"] = np.zeros((1, n + 1, len(module.REPORTED), 1))
+    arrays["extremes"] = np.zeros((1, len(module.REPORTED)))
     arrays["newton"] = np.zeros((1, 2, len(scheme.balances)), dtype=np.int64)
     arrays["iterations"] = np.zeros((1, n, len(scheme.balances)), dtype=np.int64)
     arrays |= {"n_done": np.zeros(1, dtype=np.int64), "status": np.zeros(1, dtype=np.int64), "peak": np.zeros(1)}
@@ -173,6 +174,7 @@ def test_fuzzed_declarations_march_as_they_are_written(declared: Any) -> None:
     for k, kind in enumerate(module.REPORTED):
         error = np.abs(arrays["out"][0, 1:, k, 0] - rows[1:, "uva".index(kind)]).max()
         assert error <= 1e-8 * max(1.0, size["uva".index(kind)]), kind
+    assert (arrays["extremes"] == np.abs(arrays["out"]).max(axis=1)[:, :, 0]).all()
 
 
 def _duffing() -> Any:

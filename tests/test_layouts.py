@@ -71,6 +71,7 @@ def test_a_layout_that_keeps_a_lane_in_an_array_makes_the_same_step(scheme: str,
     out, results = np.zeros((1, 2, len(body.report), d)), {"peak": np.zeros(1), "n_done": np.zeros(1, int)}
     results |= {"status": np.zeros(1, int), "newton": np.zeros((1, 2, 3), int), "iterations": np.zeros((1, 1, 3), int)}
     steps = {"first": 0, "n": np.array([1]), "stride": 1, "out": out, "bound": np.array([np.inf])}
+    steps["extremes"] = np.zeros((1, 0))
     values = {**numbers, **steps, **results, "state": state, "forces": forces}
     kernels.march(*(values[name] for name in kernels.ARGUMENTS))
     assert results["status"][0] == kernels.COMPLETED

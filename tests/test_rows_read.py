@@ -44,12 +44,15 @@ def test_rows_are_those_of_the_history(name: str, stride: int, monkeypatch: pyte
             seen[where] += 1
             rows[...] = 3.0  # a reader may change them
 
-        lanes = march_lanes(scene, s, dt, n, bound=bound, stride=stride, reader=read)
+        lanes = march_lanes(scene, s, dt, n, bound=bound, stride=stride, reader=read, extremes="uva")
         assert (seen == 1).all()
         assert not lanes.out.shape[1] or s.starter is not None
         reached = np.arange(found.shape[1]) <= whole.n_done[:, None] // stride
         assert np.array_equal(found[reached], whole.out[reached])
         assert np.isnan(found[~reached]).all()
+        assert np.array_equal(lanes.extremes, np.nanmax(np.abs(found), axis=1))
+        alone = march_lanes(scene, s, dt, n, bound=bound, stride=stride, extremes="u")
+        assert np.array_equal(alone.extremes, lanes.extremes[:, :1])
         for kept in ("state", "newton", "peak", "n_done", "status"):
             assert np.array_equal(getattr(lanes, kept), getattr(whole, kept), equal_nan=True), kept
 

@@ -21,7 +21,7 @@ from .templates.step import NEWTON_SIDE_BY_SIDE
 WIDTH = 64  # most lanes of a block: the rows of a step fit a first cache of 32 kB
 EACH = "for j in range(begin, end):"
 # arguments of the function that lanes leave by, those of Newton's counts not among them
-_LEAVING = "rows", "leaves", "of_lane", "runs", "begin", "end", "place", "state", "peak"
+_LEAVING = "rows", "leaves", "of_lane", "runs", "begin", "end", "place", "state", "extremes", "peak"
 
 
 def scalar_rows(body: Body) -> dict[str, str]:
@@ -76,11 +76,14 @@ def _names(body: Body) -> Mapping[str, str]:
 def _march(body: Body, step: StepText, arguments: Sequence[str]) -> str:
     """Text of `march_block`."""
     w, iterated, row_of = step.printer, body.iterated, scalar_rows(body)
-    rows = [*vector_rows(body), *row_of.values(), "peak_row", "seen", "leaves"]
+    after = {str(new): old for old, new in body.shift}
+    stored = [(place, after.get(str(e), e)) for place, e in body.stored]
+    reported = [str(e) for _, e in stored][: body.reported_numbers]
+    others = [name for name in vector_rows(body) if name not in reported]
+    rows = [*reported, *others, *row_of.values(), "peak_row", "seen", "leaves"]
     rows += ["size", *(f"{name}_{k}" for k in iterated for name in ("go", "idle", "sum", "most"))] if iterated else []
     leaving = [*_LEAVING, *(["newton", "common"] if iterated else [])]
-    after = {str(new): old for old, new in body.shift}
-    stores = [f"row[{place}] = {w.doprint(after.get(str(e), e))}" for place, e in body.stored]
+    stores = [f"row[{place}] = {w.doprint(e)}" for place, e in stored]
     read = [f"{row}[j] = {name}[lane]" for name, row in row_of.items()]
     read += [*(f"{name}[j] = state[lane, {place}]" for name, place in body.places), "peak_row[j] = -np.inf"]
     constants = lines([*body.constants, *body.near], 2, w)
@@ -91,7 +94,8 @@ def _march(body: Body, step: StepText, arguments: Sequence[str]) -> str:
         arguments=", ".join(arguments),
         leaving=", ".join(leaving),
         results=_results(body, rows),
-        rows=len(rows),
+        rows=len(rows) + len(reported),
+        first_extreme=len(rows),
         counts=fill(BLOCK_COUNTS, balances=len(body.scheme.balances)) if iterated else "",
         allocate=placed((f"{name} = rows[{k}]" for k, name in enumerate(rows)), 1),
         read=placed(read, 2),
@@ -105,7 +109,7 @@ def _march(body: Body, step: StepText, arguments: Sequence[str]) -> str:
         read_shift=read_shift,
         shift=shift,
         count=_count(iterated) if iterated else "",
-        store=placed(stores, 5),
+        store=placed(stores, 6),
     )
 
 
@@ -120,10 +124,14 @@ def _results(body: Body, rows: Sequence[str]) -> str:
 
 
 def _shift(body: Body, w: KernelPrinter) -> tuple[str, str]:
-    """Lines that read what a shift moves, and that select the new values: to read in a selection prevents vectors."""
+    """Lines that read what a shift moves, and that select the new values: to read in a selection prevents vectors.
+
+    What is read is added to 0: a selection between a new value and what stands in its place becomes a store with a
+    mask, which AMD's cores without AVX-512 take some twelve cycles for.
+    """
     rows = dict.fromkeys(str(s) for both in body.shift for s in both if str(s) in w.names)
     local = KernelPrinter({name: f"j_{name}" for name in rows})
-    read = lines([(f"j_{name}", Symbol(name)) for name in rows], 3, w)
+    read = placed((f"j_{name} = {w.doprint(Symbol(name))} + 0.0" for name in rows), 3)
     chosen = (f"{w.doprint(old)} = {local.doprint(new)} if good else {local.doprint(old)}" for old, new in body.shift)
     return read, placed(chosen, 3)
 

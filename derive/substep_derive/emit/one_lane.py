@@ -42,9 +42,19 @@ def lane_function(body: Body, step: StepText, arguments: Sequence[str]) -> str:
         no_counts="".join(f"    sum_{k}, most_{k} = 0, 0\n" for k in body.iterated),
         count="".join(fill(COUNT_OF_LANE, balance=k) for k in body.iterated),
         shift=lines(body.shift, 2),
-        store=placed((f"row[{place}] = {e}" for place, e in body.stored), 3),
+        extremes=placed(_extremes(body), 3),
+        store=placed((f"row[{place}] = {e}" for place, e in body.stored), 4),
         write=placed([*(f"state[{place}] = {name}" for name, place in body.places), *counts], 1),
     )
+
+
+def _extremes(body: Body) -> list[str]:
+    """Lines that keep the largest moduli of u, or of all that is reported, as `extremes` has room for."""
+    found, d = list[str](), len(body.motion.coordinates)
+    for r, (_, e) in enumerate(body.stored[: body.reported_numbers]):
+        found += [f"if extremes.shape[0] > {r}:"] if r % d == 0 else []
+        found += [f"    extremes[{r}] = max(extremes[{r}], abs({e}))"]
+    return found
 
 
 def _meaning(body: Body) -> str:
@@ -56,6 +66,7 @@ def _meaning(body: Body) -> str:
         "on entry at step first, on return after the last step completed. "
         f"out (lanes, rows, {len(kinds)}, {d}): {', '.join(kinds)} every "
         "stride steps; row 0 is left to the caller. "
+        f"extremes (lanes, 0, {d} or {d * len(kinds)}): the largest moduli so far at these steps, of u or of all. "
         "peak (lanes,): largest energy after the steps of this call. first: steps completed before it. "
         "n_done (lanes,): steps completed in all, at most n (lanes,); "
         "status (lanes,). A lane stops before a state that is not finite or whose energy exceeds bound (lanes,)."

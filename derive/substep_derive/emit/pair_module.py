@@ -60,7 +60,7 @@ def march_arguments(body: Body) -> list[str]:
     """Names of the arguments of a march of all lanes."""
     counted = ["iterations", "newton"] if body.iterated else []
     forces = ["forces"] if body.loads else []
-    return [*body.scalars, "state", *forces, "bound", "first", "n", "stride", "out", *counted, *RESULTS]
+    return [*body.scalars, "state", *forces, "bound", "first", "n", "stride", "out", "extremes", *counted, *RESULTS]
 
 
 def residuals(systems: Sequence[EffectiveSystem]) -> str:

@@ -249,6 +249,11 @@ class Body:
         return [*found, *((place, e) for e, place in self.laid([e for _, e in self.memory], len(self.report)))]
 
     @property
+    def reported_numbers(self) -> int:
+        """How many numbers of u, v and, where the scheme has its own, a are reported: the first that are stored."""
+        return len(self.report) * len(self.motion.coordinates)
+
+    @property
     def rows(self) -> int:
         """The number of rows of what is carried from step to step."""
         return len(self.carried) + self.rows_of_memory

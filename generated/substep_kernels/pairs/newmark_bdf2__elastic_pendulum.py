@@ -23,7 +23,7 @@ from numba.extending import intrinsic, overload
 SCHEME = "newmark_bdf2"
 SCENE = "elastic_pendulum"
 # arguments of march, in order; those of SCALARS hold one number for each lane
-ARGUMENTS = ("h", "gamma_t_", "beta_", "gamma_", "EA_", "L_", "m_", "tolerance", "state", "bound", "first", "n", "stride", "out", "iterations", "newton", "peak", "n_done", "status",)
+ARGUMENTS = ("h", "gamma_t_", "beta_", "gamma_", "EA_", "L_", "m_", "tolerance", "state", "bound", "first", "n", "stride", "out", "extremes", "iterations", "newton", "peak", "n_done", "status",)
 SCALARS = ("h", "gamma_t_", "beta_", "gamma_", "EA_", "L_", "m_", "tolerance",)
 START_ARGUMENTS = ()
 # rows of the state: u, v or a, and how many steps before t_n
@@ -61,7 +61,7 @@ def _widest_compiled():
 
 
 @_inner
-def _lane(h, gamma_t_, beta_, gamma_, EA_, L_, m_, tolerance, state, bound, first, n, stride, out, iterations, newton):
+def _lane(h, gamma_t_, beta_, gamma_, EA_, L_, m_, tolerance, state, bound, first, n, stride, out, extremes, iterations, newton):
     """March one lane; returns its status, steps completed and their largest energy."""
     u_0_x = state[0, 0]
     u_0_y = state[0, 1]
@@ -188,14 +188,24 @@ def _lane(h, gamma_t_, beta_, gamma_, EA_, L_, m_, tolerance, state, bound, firs
         v_0_y = v_1_y
         a_0_x = a_1_x
         a_0_y = a_1_y
-        if (i + 1) % stride == 0 and (i + 1) // stride < out.shape[0]:
-            row = out[(i + 1) // stride]
-            row[0, 0] = u_1_x
-            row[0, 1] = u_1_y
-            row[1, 0] = v_1_x
-            row[1, 1] = v_1_y
-            row[2, 0] = a_1_x
-            row[2, 1] = a_1_y
+        if (i + 1) % stride == 0:
+            if extremes.shape[0] > 0:
+                extremes[0] = max(extremes[0], abs(u_1_x))
+                extremes[1] = max(extremes[1], abs(u_1_y))
+            if extremes.shape[0] > 2:
+                extremes[2] = max(extremes[2], abs(v_1_x))
+                extremes[3] = max(extremes[3], abs(v_1_y))
+            if extremes.shape[0] > 4:
+                extremes[4] = max(extremes[4], abs(a_1_x))
+                extremes[5] = max(extremes[5], abs(a_1_y))
+            if (i + 1) // stride < out.shape[0]:
+                row = out[(i + 1) // stride]
+                row[0, 0] = u_1_x
+                row[0, 1] = u_1_y
+                row[1, 0] = v_1_x
+                row[1, 1] = v_1_y
+                row[2, 0] = a_1_x
+                row[2, 1] = a_1_y
     state[0, 0] = u_0_x
     state[0, 1] = u_0_y
     state[1, 0] = v_0_x
@@ -208,20 +218,20 @@ def _lane(h, gamma_t_, beta_, gamma_, EA_, L_, m_, tolerance, state, bound, firs
 
 
 @_compile
-def march(h, gamma_t_, beta_, gamma_, EA_, L_, m_, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status):
+def march(h, gamma_t_, beta_, gamma_, EA_, L_, m_, tolerance, state, bound, first, n, stride, out, extremes, iterations, newton, peak, n_done, status):
     """March every lane n steps of newmark_bdf2.
 
     h, gamma_t_, beta_, gamma_, EA_, L_, m_, tolerance: one number for each lane. state (lanes, 3, 2), rows as
     STATE: on entry at step first, on return after the last step completed. out (lanes, rows, 3, 2): u, v, a every
-    stride steps; row 0 is left to the caller. peak (lanes,): largest energy after the steps of this call. first:
-    steps completed before it. n_done (lanes,): steps completed in all, at most n (lanes,); status (lanes,). A
-    lane stops before a state that is not finite or whose energy exceeds bound (lanes,). tolerance: a balance's
-    Newton iteration ends at a correction of u that is no larger. newton (lanes, 2, balances): Newton iterations
-    of the steps completed, their sum and the most in one step; iterations (lanes, rows, balances): those of each
-    of the first rows steps.
+    stride steps; row 0 is left to the caller. extremes (lanes, 0, 2 or 6): the largest moduli so far at these
+    steps, of u or of all. peak (lanes,): largest energy after the steps of this call. first: steps completed
+    before it. n_done (lanes,): steps completed in all, at most n (lanes,); status (lanes,). A lane stops before a
+    state that is not finite or whose energy exceeds bound (lanes,). tolerance: a balance's Newton iteration ends
+    at a correction of u that is no larger. newton (lanes, 2, balances): Newton iterations of the steps completed,
+    their sum and the most in one step; iterations (lanes, rows, balances): those of each of the first rows steps.
     """
     for lane in range(h.size):
-        status[lane], n_done[lane], peak[lane] = _lane(h[lane], gamma_t_[lane], beta_[lane], gamma_[lane], EA_[lane], L_[lane], m_[lane], tolerance[lane], state[lane], bound[lane], first, n[lane], stride, out[lane], iterations[lane], newton[lane])
+        status[lane], n_done[lane], peak[lane] = _lane(h[lane], gamma_t_[lane], beta_[lane], gamma_[lane], EA_[lane], L_[lane], m_[lane], tolerance[lane], state[lane], bound[lane], first, n[lane], stride, out[lane], extremes[lane], iterations[lane], newton[lane])
 
 
 # most lanes of a block. A row holds one variable of all its lanes; the rows of a step stay in the first-level cache
@@ -229,7 +239,7 @@ WIDTH = 64
 
 
 @_inner
-def _leave(rows, leaves, of_lane, runs, begin, end, place, state, peak, newton, common):
+def _leave(rows, leaves, of_lane, runs, begin, end, place, state, extremes, peak, newton, common):
     """Hand over the results of lanes that leave, and put a copy of one that stays in their place; whether one does."""
     other = -1
     for j in range(begin, end):
@@ -238,16 +248,18 @@ def _leave(rows, leaves, of_lane, runs, begin, end, place, state, peak, newton, 
         elif runs[j]:
             runs[j], lane = False, j - place
             peak[lane] = rows[46, j]
-            state[lane, 0, 0] = rows[29, j]
-            state[lane, 0, 1] = rows[30, j]
-            state[lane, 1, 0] = rows[33, j]
-            state[lane, 1, 1] = rows[34, j]
-            state[lane, 2, 0] = rows[0, j]
-            state[lane, 2, 1] = rows[1, j]
+            state[lane, 0, 0] = rows[0, j]
+            state[lane, 0, 1] = rows[1, j]
+            state[lane, 1, 0] = rows[2, j]
+            state[lane, 1, 1] = rows[3, j]
+            state[lane, 2, 0] = rows[4, j]
+            state[lane, 2, 1] = rows[5, j]
             newton[lane, 0, 0] = common[0, 0] + rows[52, j]
             newton[lane, 1, 0] = max(common[1, 0], rows[53, j])
             newton[lane, 0, 1] = common[0, 1] + rows[56, j]
             newton[lane, 1, 1] = max(common[1, 1], rows[57, j])
+            for r in range(extremes.shape[1]):
+                extremes[lane, r] = rows[58 + r, j]
     if other >= 0:
         for j in range(begin, end):
             if leaves[j] > 0.0:
@@ -258,13 +270,13 @@ def _leave(rows, leaves, of_lane, runs, begin, end, place, state, peak, newton, 
 
 
 @_inner
-def _block(lane0, lane1, h, gamma_t_, beta_, gamma_, EA_, L_, m_, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status):
+def _block(lane0, lane1, h, gamma_t_, beta_, gamma_, EA_, L_, m_, tolerance, state, bound, first, n, stride, out, extremes, iterations, newton, peak, n_done, status):
     """March lanes lane0 to lane1, at most WIDTH, in vector registers.
 
     Every column of the rows is marched: behind the last lane, and where a lane has left, stand copies of others.
     """
     _widest()
-    rows = np.zeros((58, WIDTH + 16))
+    rows = np.zeros((64, WIDTH + 16))
     begin = -(rows.ctypes.data // 8) & 7  # at a cache line
     end = begin + 8 * ((lane1 - lane0 + 7) // 8)
     place = begin - lane0  # a lane stands in column place + lane
@@ -272,41 +284,41 @@ def _block(lane0, lane1, h, gamma_t_, beta_, gamma_, EA_, L_, m_, tolerance, sta
     runs = np.zeros(WIDTH + 16, dtype=np.bool_)  # whether they are its own lane's
     # Newton's iterations of steps in which all lanes took the same number: their sum, and the most
     common = np.zeros((2, 2), dtype=np.int64)
-    a_0_x = rows[0]
-    a_0_y = rows[1]
-    a_1_x = rows[2]
-    a_1_y = rows[3]
-    a_g_x = rows[4]
-    a_g_y = rows[5]
-    c0 = rows[6]
-    c1 = rows[7]
-    c10 = rows[8]
-    c11 = rows[9]
-    c12 = rows[10]
-    c13 = rows[11]
-    c14 = rows[12]
-    c15 = rows[13]
-    c16 = rows[14]
-    c17 = rows[15]
-    c18 = rows[16]
-    c19 = rows[17]
-    c2 = rows[18]
-    c20 = rows[19]
-    c3 = rows[20]
-    c4 = rows[21]
-    c5 = rows[22]
-    c6 = rows[23]
-    c7 = rows[24]
-    c8 = rows[25]
-    c9 = rows[26]
-    near_0 = rows[27]
-    near_1 = rows[28]
-    u_0_x = rows[29]
-    u_0_y = rows[30]
-    u_star_x = rows[31]
-    u_star_y = rows[32]
-    v_0_x = rows[33]
-    v_0_y = rows[34]
+    u_0_x = rows[0]
+    u_0_y = rows[1]
+    v_0_x = rows[2]
+    v_0_y = rows[3]
+    a_0_x = rows[4]
+    a_0_y = rows[5]
+    a_1_x = rows[6]
+    a_1_y = rows[7]
+    a_g_x = rows[8]
+    a_g_y = rows[9]
+    c0 = rows[10]
+    c1 = rows[11]
+    c10 = rows[12]
+    c11 = rows[13]
+    c12 = rows[14]
+    c13 = rows[15]
+    c14 = rows[16]
+    c15 = rows[17]
+    c16 = rows[18]
+    c17 = rows[19]
+    c18 = rows[20]
+    c19 = rows[21]
+    c2 = rows[22]
+    c20 = rows[23]
+    c3 = rows[24]
+    c4 = rows[25]
+    c5 = rows[26]
+    c6 = rows[27]
+    c7 = rows[28]
+    c8 = rows[29]
+    c9 = rows[30]
+    near_0 = rows[31]
+    near_1 = rows[32]
+    u_star_x = rows[33]
+    u_star_y = rows[34]
     v_g_x = rows[35]
     v_g_y = rows[36]
     h_row = rows[37]
@@ -350,6 +362,8 @@ def _block(lane0, lane1, h, gamma_t_, beta_, gamma_, EA_, L_, m_, tolerance, sta
         a_0_x[j] = state[lane, 2, 0]
         a_0_y[j] = state[lane, 2, 1]
         peak_row[j] = -np.inf
+        for r in range(extremes.shape[1]):
+            rows[58 + r, j] = extremes[lane, r]
     for j in range(begin, end):
         c0[j] = row_gamma_t[j]*h_row[j]
         c1[j] = row_beta[j]*row_gamma_t[j]**2*h_row[j]**2
@@ -385,7 +399,7 @@ def _block(lane0, lane1, h, gamma_t_, beta_, gamma_, EA_, L_, m_, tolerance, sta
                     leaves[j] = 1.0
                 go_0[j], idle_0[j] = 1.0, 0.0
                 go_1[j], idle_1[j] = 1.0, 0.0
-            if not _leave(rows, leaves, of_lane, runs, begin, end, place, state, peak, newton, common):
+            if not _leave(rows, leaves, of_lane, runs, begin, end, place, state, extremes, peak, newton, common):
                 return
             left = 0
         waited = False
@@ -492,15 +506,15 @@ def _block(lane0, lane1, h, gamma_t_, beta_, gamma_, EA_, L_, m_, tolerance, sta
             seen[j] = now
             good = now <= bound_row[j]
             bad = bad if good else 1
-            top = peak_row[j]
-            j_u_0_x = u_0_x[j]
-            j_u_0_y = u_0_y[j]
-            j_v_0_x = v_0_x[j]
-            j_v_0_y = v_0_y[j]
-            j_a_0_x = a_0_x[j]
-            j_a_1_x = a_1_x[j]
-            j_a_0_y = a_0_y[j]
-            j_a_1_y = a_1_y[j]
+            top = peak_row[j] + 0.0  # a sum: a selection of what stands there is stored with a mask, which can be slow
+            j_u_0_x = u_0_x[j] + 0.0
+            j_u_0_y = u_0_y[j] + 0.0
+            j_v_0_x = v_0_x[j] + 0.0
+            j_v_0_y = v_0_y[j] + 0.0
+            j_a_0_x = a_0_x[j] + 0.0
+            j_a_1_x = a_1_x[j] + 0.0
+            j_a_0_y = a_0_y[j] + 0.0
+            j_a_1_y = a_1_y[j] + 0.0
             peak_row[j] = now if good & (now > top) else top
             u_0_x[j] = u_1_x if good else j_u_0_x
             u_0_y[j] = u_1_y if good else j_u_0_y
@@ -513,7 +527,7 @@ def _block(lane0, lane1, h, gamma_t_, beta_, gamma_, EA_, L_, m_, tolerance, sta
                 if not seen[j] <= bound_row[j]:
                     leaves[j], lane = 1.0, of_lane[j]
                     n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_row[j] else NON_FINITE
-            if not _leave(rows, leaves, of_lane, runs, begin, end, place, state, peak, newton, common):
+            if not _leave(rows, leaves, of_lane, runs, begin, end, place, state, extremes, peak, newton, common):
                 return
         if i < iterations.shape[1]:
             for j in range(begin, end):
@@ -535,21 +549,25 @@ def _block(lane0, lane1, h, gamma_t_, beta_, gamma_, EA_, L_, m_, tolerance, sta
             common[1, 0] = max(common[1, 0], passes_0)
             common[0, 1] += passes_1
             common[1, 1] = max(common[1, 1], passes_1)
-        if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
-            for j in range(begin, end):
-                if runs[j]:
-                    row = out[j - place, (i + 1) // stride]
-                    row[0, 0] = u_0_x[j]
-                    row[0, 1] = u_0_y[j]
-                    row[1, 0] = v_0_x[j]
-                    row[1, 1] = v_0_y[j]
-                    row[2, 0] = a_0_x[j]
-                    row[2, 1] = a_0_y[j]
+        if (i + 1) % stride == 0:
+            for r in range(extremes.shape[1]):  # the first rows are u, then v and a
+                for j in range(begin, end):
+                    rows[58 + r, j] = max(rows[58 + r, j], abs(rows[r, j])) + 0.0
+            if (i + 1) // stride < out.shape[1]:
+                for j in range(begin, end):
+                    if runs[j]:
+                        row = out[j - place, (i + 1) // stride]
+                        row[0, 0] = u_0_x[j]
+                        row[0, 1] = u_0_y[j]
+                        row[1, 0] = v_0_x[j]
+                        row[1, 1] = v_0_y[j]
+                        row[2, 0] = a_0_x[j]
+                        row[2, 1] = a_0_y[j]
         i += 1
 
 
 @_compile
-def march_block(h, gamma_t_, beta_, gamma_, EA_, L_, m_, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status):
+def march_block(h, gamma_t_, beta_, gamma_, EA_, L_, m_, tolerance, state, bound, first, n, stride, out, extremes, iterations, newton, peak, n_done, status):
     """The same results as march, WIDTH lanes at a time."""
     for lane in range(0, h.size, WIDTH):
-        _block(lane, min(lane + WIDTH, h.size), h, gamma_t_, beta_, gamma_, EA_, L_, m_, tolerance, state, bound, first, n, stride, out, iterations, newton, peak, n_done, status)
+        _block(lane, min(lane + WIDTH, h.size), h, gamma_t_, beta_, gamma_, EA_, L_, m_, tolerance, state, bound, first, n, stride, out, extremes, iterations, newton, peak, n_done, status)

@@ -22,7 +22,7 @@ Device = Literal["cpu", "cuda", "auto"]
 
 THREADS = 64  # of a block: few, so that a small number of lanes is spread over all of a GPU's processors
 SHARE = 0.8  # of the device's free memory that one part of the lanes may take
-RESULTS = ("state", "out", "iterations", "newton", "peak", "n_done", "status")  # of a march of a scene
+RESULTS = ("state", "out", "extremes", "iterations", "newton", "peak", "n_done", "status")  # of a march of a scene
 
 _on: ContextVar[bool] = ContextVar("on", default=False)
 

@@ -57,15 +57,8 @@ class Demand(NamedTuple):
 
 def peaks(s: Scheme, o: Yielding, load: Record) -> Array:
     """The largest |u| (P,), m, at the samples; NaN where the march fails."""
-    found = np.full(len(o.omega), np.nan)
-
-    def read(where: slice, out: Array, _: Array) -> None:
-        u = out[:, :, 0, 0]
-        found[where] = np.maximum(u.max(axis=1), -u.min(axis=1))
-
-    lanes = _march(s, o, load, 1, np.zeros(len(o.omega), np.int64), read)
-    found[lanes.status != COMPLETED] = np.nan
-    return found
+    lanes = _march(s, o, load, 1, np.zeros(len(o.omega), np.int64), extremes="u")
+    return np.where(lanes.status == COMPLETED, lanes.extremes[:, 0, 0], np.nan)
 
 
 def demands(s: Scheme, o: Yielding, load: Record, times: int = 1) -> Demand:
@@ -138,12 +131,18 @@ def _elastic(o: Yielding, ends: Array) -> tuple[Array, Array]:
     return p, o.yield_displacement + o.hardening / (1.0 - o.hardening) * kappa
 
 
-def _march(s: Scheme, o: Yielding, load: Record, times: int, more: NDArray[np.int64], reader: Reader) -> Lanes:
-    """March all from rest under the record, and `more` (P,) samples beyond it; the reader has a row for each sample."""
+def _march(
+    s: Scheme, o: Yielding, load: Record, times: int, more: NDArray[np.int64], reader: Reader | None = None,
+    extremes: str = "",
+) -> Lanes:  # fmt: skip
+    """March all from rest under the record, and `more` (P,) samples beyond it; the reader has a row for each sample.
+
+    extremes: as of `march_lanes`, at the samples.
+    """
     ground, P = refined(Record(load.dt, -load.samples), times), len(o.omega)
     info = scene_info(WITH_LAW, {"law": o.law})
     given = {"omega": o.omega, "xi": o.xi, "strength": o.strength, "hardening": np.full(P, o.hardening)}
     values = checked_parameters(info, given, lambda _, value: np.asarray(value))
     lanes = make_scene(info, values, None, ground)
     n = times * (len(load.samples) - 1 + more)
-    return march_lanes(lanes, s, np.full(P, ground.dt), n, stride=times, reader=reader)
+    return march_lanes(lanes, s, np.full(P, ground.dt), n, stride=times, reader=reader, extremes=extremes)

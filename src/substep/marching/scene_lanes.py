@@ -39,8 +39,9 @@ class Lanes:
     memory (P, rows, k): what laws remember there; state (P, m, d): last good state, rows as the kernel's STATE;
     remembered (P, k): what laws remember there; newton (P, 2, balances): Newton iterations of the
     steps completed, their sum and the most in one step; iterations (P, steps, balances): those of each step, no steps
-    unless asked for; first, peak (P,): the energy at the start and the largest from there on, J; n_done (P,): steps
-    completed; status (P,): index in response.STATUSES.
+    unless asked for; extremes (P, 0, 1 or all kinds, d): the largest moduli of u, v (and a), of those asked for, at
+    every stride-th step, the start among them; first, peak (P,): the energy at the start and the largest from there on,
+    J; n_done (P,): steps completed; status (P,): index in response.STATUSES.
     """
 
     out: Array
@@ -49,6 +50,7 @@ class Lanes:
     remembered: Array
     newton: NDArray[np.int64]
     iterations: NDArray[np.int64]
+    extremes: Array
     first: Array
     peak: Array
     n_done: NDArray[np.int64]
@@ -92,6 +94,7 @@ def march_lanes(
     stride: int = 1,
     history: bool = False,
     counts: bool = False,
+    extremes: str = "",
     reader: Reader | None = None,
 ) -> Lanes:
     """P runs with steps dt (P,) of n (P,) steps each; the scheme's parameters may be arrays (P,).
@@ -99,15 +102,17 @@ def march_lanes(
     start: u, v, a at the start, (P, d) each, where they differ from the scene's; memory: what laws remember there,
     (k,) or (P, k). begin: when that is, for all lanes of
     one dt, with rows (P, m, d) of the state where the scheme does not start anew. bound: energy in J beyond which a
-    lane stops, a number or (P,). history: keep every stride-th step in `out`; counts: keep `iterations`. reader:
-    called, by several threads at once, for ranges of lanes that together are all, with every stride-th step of theirs;
-    it may change these rows, which are written over after it returns.
+    lane stops, a number or (P,). history: keep every stride-th step in `out`; counts: keep `iterations`.
+    extremes: "u" or "uva": keep the largest moduli of these, as far as the scheme reports them. reader: called, by
+    several threads at once, for ranges of lanes that together are all, with every stride-th step of theirs; it may
+    change these rows, which are written over after it returns.
     """
     module = pair_kernels(scene, scheme)
     P, steps = len(dt), int(n.max(initial=0))
     rows = _rows_kept(scheme, module, steps, stride, history, reader)
     u, v, a = (_of_lanes(x, (P, scene.u0.shape[-1])) for x in start or (scene.u0, scene.v0, scene.a0))
     kept, reported = len(module.STATE), len(module.REPORTED)
+    followed = min(len(extremes), reported)
     if scene.info.memory:
         memory = _of_lanes(scene.memory0 if memory is None else memory, (P, len(scene.info.memory)))
     more = 0 if memory is None else -(-memory.shape[1] // u.shape[1])  # rows of as many numbers as coordinates
@@ -118,6 +123,7 @@ def march_lanes(
         **{"u": u, "v": v, "a": a, "n": np.array(n, dtype=np.int64), "first": 0, "stride": stride},
         "state": np.zeros((P, kept + more, u.shape[1])),
         "out": np.zeros((P, rows, reported + more, u.shape[1])),
+        "extremes": np.abs(np.concatenate((u, v, a), axis=1)[:, : followed * u.shape[1]]),
         "newton": np.zeros((P, 2, scheme.balances), dtype=np.int64),
         "iterations": np.zeros((P, steps if counts else 0, scheme.balances), dtype=np.int64),
         **{name: np.empty(P, dtype=np.int64) for name in ("n_done", "status")},
@@ -161,7 +167,8 @@ def march_lanes(
     names = "newton", "iterations", "n_done", "status"
     return Lanes(
         out=out[:, :, :reported], memory=memory_in(out, reported, k), state=state[:, :kept],
-        remembered=memory_in(state, kept, k), first=energy, peak=peak, **{name: arrays[name] for name in names},
+        remembered=memory_in(state, kept, k), extremes=arrays["extremes"].reshape(P, followed, u.shape[1]),
+        first=energy, peak=peak, **{name: arrays[name] for name in names},
     )  # fmt: skip
 
 
@@ -251,6 +258,11 @@ def _head(
     arrays["state"][:, : len(history)] = rows.swapaxes(0, 1)
     if memory is not None:
         put_memory(arrays["state"], len(history), head.remembered)
+    so_far = arrays["extremes"]
+    passed = (
+        np.abs(head.out[:, :: arrays["stride"], :reported]).max(axis=1).reshape(len(so_far), -1)
+    )  # 0 if not reached
+    np.maximum(so_far, passed[:, : so_far.shape[1]], out=so_far)
     out = arrays["out"]
     for row in range(min(out.shape[1], int(steps.max(initial=0)) // arrays["stride"] + 1)):
         out[:, row, :reported] = head.out[:, row * arrays["stride"], :reported]

@@ -13,7 +13,7 @@ from ..core.scenes import Scene
 from ..core.schemes import Array, Scheme
 from ..marching.adaptive import march_lanes_adaptive
 from ..marching.run import march_oscillators
-from ..marching.scene_lanes import march_lanes, memory_in
+from ..marching.scene_lanes import march_lanes, memory_in, pair_kernels
 from ..run.clock import Control, number_of_steps
 from .sweep_plan import Results, SweepPlan
 
@@ -64,7 +64,15 @@ def _oscillators(
 def _others(
     plan: SweepPlan, scene: Scene, scheme: Scheme, dt: float, n: int, stride: int, P: int, room: Results
 ) -> Marched:  # fmt: skip
-    """March lanes of any other scene; their rows are read block by block, while they are in the cache."""
+    """March lanes of any other scene; their rows are read block by block, while they are in the cache.
+
+    The largest moduli come from the kernel, but for accelerations that follow from u and v.
+    """
+    steps = np.full(P, dt), np.full(P, n)
+    if plan.keep == "peak" and pair_kernels(scene, scheme).REPORTED == "uva":
+        lanes = march_lanes(scene, scheme, *steps, bound=plan.bound, extremes="uva")
+        found = {f"peak_{name}": lanes.extremes[:, k] for k, name in enumerate("uva")}
+        return Marched({**found, "peak_energy": lanes.peak}, lanes.newton, lanes.n_done, lanes.status)
     t, d, rows = np.arange(n // stride + 1) * (stride * dt), scene.u0.shape[-1], n // stride + 1
     shapes = {f"peak_{name}": (P, d) for name in "uva"}
     if plan.keep != "peak":
@@ -82,8 +90,7 @@ def _others(
         u, v = out[:, :, 0], out[:, :, 1]
         a = out[:, :, 2] if own else _accelerations(some, t, u, v, memory)
         if plan.keep == "peak":
-            largest = [*largest_moduli(out).swapaxes(0, 1), *([] if own else [largest_moduli(a)])]
-            for name, x in zip("uva", largest, strict=True):
+            for name, x in zip("uva", [*largest_moduli(out).swapaxes(0, 1), largest_moduli(a)], strict=True):
                 kept[f"peak_{name}"][where] = x
             return
         u, v, a = (x[:, -rows:] for x in (u, v, a))
@@ -93,7 +100,6 @@ def _others(
         if memory.shape[-1]:
             kept["memory"][where] = memory[:, -rows:]
 
-    steps = np.full(P, dt), np.full(P, n)
     lanes = march_lanes(scene, scheme, *steps, bound=plan.bound, stride=stride, reader=read)
     if plan.keep == "peak":
         kept["peak_energy"] = lanes.peak

@@ -16,6 +16,8 @@ def _leave({leaving}):
         elif runs[j]:
             runs[j], lane = False, j - place
 {results}
+            for r in range(extremes.shape[1]):
+                extremes[lane, r] = rows[{first_extreme} + r, j]
     if other >= 0:
         for j in range(begin, end):
             if leaves[j] > 0.0:
@@ -44,6 +46,8 @@ def _block(lane0, lane1, {arguments}):
         runs[j] = j - place == lane
         n_done[lane], status[lane] = n[lane], COMPLETED
 {read}
+        for r in range(extremes.shape[1]):
+            rows[{first_extreme} + r, j] = extremes[lane, r]
 {constants}    i, ends, left = first, first, 0
     while True:
         if i == ends or left > 0:
@@ -63,7 +67,7 @@ def _block(lane0, lane1, {arguments}):
             seen[j] = now
             good = now <= bound_row[j]
             bad = bad if good else 1
-            top = peak_row[j]
+            top = peak_row[j] + 0.0  # a sum: a selection of what stands there is stored with a mask, which can be slow
 {read_shift}
             peak_row[j] = now if good & (now > top) else top
 {shift}
@@ -74,10 +78,14 @@ def _block(lane0, lane1, {arguments}):
                     n_done[lane], status[lane] = i, ENERGY_BOUND if seen[j] > bound_row[j] else NON_FINITE
             if not {leave}:
                 return
-{count}        if (i + 1) // stride < out.shape[1] and (i + 1) % stride == 0:
-            for j in range(begin, end):
-                if runs[j]:
-                    row = out[j - place, (i + 1) // stride]
+{count}        if (i + 1) % stride == 0:
+            for r in range(extremes.shape[1]):  # the first rows are u, then v and a
+                for j in range(begin, end):
+                    rows[{first_extreme} + r, j] = max(rows[{first_extreme} + r, j], abs(rows[r, j])) + 0.0
+            if (i + 1) // stride < out.shape[1]:
+                for j in range(begin, end):
+                    if runs[j]:
+                        row = out[j - place, (i + 1) // stride]
 {store}
         i += 1
 

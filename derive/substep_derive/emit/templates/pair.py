@@ -42,8 +42,10 @@ def _lane({lane_arguments}):
             break
         peak = max(peak, energy)
 {count}{shift}
-        if (i + 1) % stride == 0 and (i + 1) // stride < out.shape[0]:
-            row = out[(i + 1) // stride]
+        if (i + 1) % stride == 0:
+{extremes}
+            if (i + 1) // stride < out.shape[0]:
+                row = out[(i + 1) // stride]
 {store}
 {write}
     return status, done, peak
