@@ -29,6 +29,7 @@ from substep.studies.failures.linear import alternating_radius
 from substep.studies.failures.maps import first_rise, lattice
 from substep.studies.failures.outcomes import run
 from substep.studies.failures.table import stiff
+from substep.studies.turning import bar_of, first_growth
 
 plt.style.use("substep.charts")  # the look of all charts of substep
 
@@ -43,6 +44,18 @@ for a0 in (-19.6, -(7.72**2) / 3.0443):
     times = first_rise(stiff(a0), np.array([0.1, 0.05, 0.02, 0.009]))
     print(f"a0 = {a0:.4f} m/s^2: E > 1.1 E0 first at", ", ".join(f"{t:.3f} s" for t in times))
 assert np.isclose(first_rise(stiff(), np.array([0.1]))[0], 3.5)  # an independent 40-digit computation
+
+# %% [markdown]
+# Why, and from which step on, is derived: the bar turns by $\tau = h v_0/L$ in a step, which feeds errors along it once
+# $h^2 \omega v_0/L > 4$, and schemes that dissipate once $\tau$ is large for their $\rho_\infty$.
+
+# %%
+bar, steps = bar_of(stiff()), np.geomspace(1e-3, 0.25, 1000)
+first = {name: first_growth(ss.scheme(name), bar, steps) for name in ("average_acceleration", "hht_alpha", "bathe")}
+print({name: round(h, 4) for name, h in first.items()}, "s")
+assert np.isclose(first["average_acceleration"], 0.00933, rtol=0.01)
+assert np.isnan(first_rise(stiff(), np.array([0.99 * first["average_acceleration"]]))[0])
+assert first["bathe"] == np.inf
 
 # %% [markdown]
 # ## A map over step and sub-step

@@ -22,7 +22,7 @@ def lanes_of(status: str, peak: float, n_done: int = 7) -> Lanes:
     empty, counts = np.empty((1, 0, 0, 0)), np.zeros((1, 0, 0), dtype=np.int64)
     ended = np.array([n_done]), np.array([STATUSES.index(status)])
     none = np.empty((1, 0))
-    return Lanes(empty, empty, empty, none, counts, counts, np.array([1.0]), np.array([peak]), *ended)
+    return Lanes(empty, empty, empty, none, counts, counts, none, np.array([1.0]), np.array([peak]), *ended)
 
 
 @pytest.mark.parametrize(

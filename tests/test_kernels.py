@@ -39,7 +39,7 @@ EXPLICIT = {
 }
 LINEAR = {"linear_oscillator", "bathe_noh", "rigid_pendulum"}
 WITH_TIME = {"bathe_noh"}  # scenes that know the time
-CONTROL = {"state", "bound", "first", "n", "stride", "out"}
+CONTROL = {"state", "bound", "first", "n", "stride", "out", "extremes"}
 # what each scene's equation of motion and energy hold, read off their textbooks
 SYMBOLS = {
     "linear_oscillator": {"omega", "xi"}, "bathe_noh": {"k1", "k2", "omega_p"}, "rigid_pendulum": {"L", "m"},

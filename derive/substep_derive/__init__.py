@@ -16,6 +16,7 @@ from .declare.symbols import K0, C, K_t, M, N, N_discrete, Omega, acceleration, 
 from .declare.tableau import nystrom, tableau
 from .estimate.analysis import NoEstimator
 from .estimate.estimator import Estimate, Estimator, estimator
+from .motion.turning import Turning, turning
 from .nonlinear.modified import ModifiedEquation
 from .nonlinear.modified_energy import ModifiedEnergy
 from .nonlinear.modified_motion import ModifiedMotion
@@ -61,6 +62,7 @@ __all__ = [
     "Scene",
     "Scheme",
     "StructuresCertificate",
+    "Turning",
     "acceleration",
     "before",
     "certify",
@@ -82,5 +84,6 @@ __all__ = [
     "sampled",
     "t",
     "tableau",
+    "turning",
     "xi",
 ]

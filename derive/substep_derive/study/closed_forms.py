@@ -4,12 +4,13 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
-from sympy import Add, Expr, Integer, Mul, Symbol, cancel, factor, fraction, latex, together
+from sympy import Add, CRootOf, Expr, Integer, Mul, Symbol, cancel, factor, fraction, latex, together
 from sympy.printing.mathml import mathml
 
 from ..declare.errors import DeclarationError, InconsistentScheme
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, mu, xi
+from ..motion.turning import turning
 from ..oscillator.energy import NoEnergy, spurious
 from ..oscillator.spectrum import limit_polynomial
 from ..stability.paper import PRINTER, as_in_paper, in_powers
@@ -207,6 +208,29 @@ def _constrained(d: Derivation) -> Iterator[ClosedForm]:
     yield ClosedForm(section, "0 = of a wrong start", as_in_paper(factor(numerator), d.scheme))
 
 
+def _turning(d: Derivation) -> Iterator[ClosedForm]:
+    section = "errors on a stiff bar that turns by tau in a step, at default parameters"
+    try:
+        found = turning(d.scheme)
+    except DeclarationError as error:
+        yield ClosedForm(section, "refused", str(error))
+        return
+    for modulus, times in found.at_infinity:
+        yield ClosedForm(section, f"|lambda| for Omega -> oo, {times}-fold", _short(modulus))
+    if found.growth:
+        c0, c1 = found.growth
+        yield ClosedForm(
+            section, "factor a step on a rigid bar, to first order", _short(c0) + _short(c1) * Symbol("tau")
+        )
+    if found.product is not None:
+        yield ClosedForm(section, "they grow iff Omega tau exceeds", found.product)
+
+
+def _short(number: Expr) -> Expr:
+    """The number, or six digits of a root that has no short form."""
+    return number.n(6) if number.has(CRootOf) else number
+
+
 PARTS: Mapping[str, Callable[[Derivation], Iterator[ClosedForm]]] = {
     "relations": _relations,
     "stiffness": _stiffness,
@@ -218,4 +242,5 @@ PARTS: Mapping[str, Callable[[Derivation], Iterator[ClosedForm]]] = {
     "nonlinear": _nonlinear,
     "modified": _modified,
     "constrained": _constrained,
+    "turning": _turning,
 }

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 Part = Literal[
     "relations", "stiffness", "amplification", "spectrum", "energy", "load", "series", "nonlinear", "modified",
-    "constrained", "all",
+    "constrained", "turning", "all",
 ]  # fmt: skip
 COLUMNS = ("scheme", "order", "rho_inf", "stable", "solves", "growth")
 GROWTH = "growth U2-V3: in the first step u grows like Omega^2, v/omega like Omega^3"

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from substep_derive import Certificate, Derivation, Estimator, StructuresCertificate
     from substep_derive import Scene as SceneDeclaration
     from substep_derive import Scheme as Declaration
+    from substep_derive.motion.turning import Turning
     from substep_derive.stability.conditions import Conditions
     from substep_derive.study.closed_forms import ClosedForm
     from substep_derive.study.equivalence import Equivalence
@@ -219,6 +220,39 @@ def modified_energy(
     found = ModifiedMotion.to_its_loss(find(scheme), find_scene(scene), **dict(given))
     kept, rates = ({power: found.function(e) for power, e in part.items()} for part in (found.kept, found.energy_rates))
     return ModifiedEnergy(kept, rates, found.energy.loss)
+
+
+@dataclass(frozen=True)
+class TurningStep:
+    """One step on a bar that turns: see `substep_derive.motion.turning.TurningStep`.
+
+    rows, columns: of the relations; of_new: how many symbols and forces are new; after: what becomes of what is kept;
+    parameters: names; numbers: function of their values, all entries of relations and places row by row, then instants.
+    """
+
+    rows: int
+    columns: int
+    of_new: tuple[int, int]
+    after: tuple[int, ...]
+    parameters: tuple[str, ...]
+    numbers: Callable[..., list[Any]]
+
+
+def turning_step(name: "str | Declaration") -> TurningStep:
+    """The equations of a step on a bar that turns, with rational numbers for irrational constants."""
+    from substep_derive.declare.catalogue import find  # noqa: PLC0415
+    from substep_derive.motion.turning import TurningStep as Derived  # noqa: PLC0415
+
+    found = Derived.of(find(name).in_doubles)
+    parameters = tuple(map(str, found.scheme.values))
+    return TurningStep(*found.relations.shape, found.of_new, found.after, parameters, found.numbers)
+
+
+def turning(name: "str | Declaration", **parameters: Any) -> "Turning":
+    """What becomes of errors along a very stiff bar that turns: see `substep_derive.turning`."""
+    from substep_derive import turning as of  # noqa: PLC0415
+
+    return of(name, **parameters)
 
 
 def closed_forms(name: "str | Declaration", part: str = "all") -> "Iterator[ClosedForm]":

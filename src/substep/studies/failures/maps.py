@@ -14,18 +14,24 @@ from ...core.style import COLOURS, REFERENCE, styled
 from ...derived import facade
 from ...figures.charts import save, save_csv
 from ...marching.scene_lanes import march_lanes, pair_kernels
+from ..turning import CLOSE, bar_of, growth
 from .outcomes import BLEW_UP, NEWTON, SECTION, WORDS, Outcome, paint, run, whole_steps, word_legend
 from .table import stiff
 
 SPAN, MOST_STEPS = 10.0, 500  # a run takes SPAN (s) or MOST_STEPS steps, whichever is shorter
 STEPS = (1e-3, 1.0)  # least and largest h, s
+LINE, FARTHEST = (
+    100,
+    0.75,
+)  # steps and values between which a derived line is drawn, and the largest turn in a step, rad
 
 
 @dataclass(frozen=True)
 class Map:
     """A map of outcomes over the step h and one parameter y of a scheme.
 
-    y: its range; make: the scheme with an array of y; lines: values of y, derived, that are drawn as dashed lines.
+    y: its range; make: the scheme with an array of y; lines: values of y, derived, that are drawn as dashed lines. A
+    solid line is where errors along the bar begin to grow, derived too.
     """
 
     name: str
@@ -93,6 +99,10 @@ def draw(folder: Path, drawn: Map, points: int) -> tuple[Outcome, Array]:
     h, y = (x.ravel() for x in np.meshgrid(np.geomspace(*STEPS, points), np.linspace(*drawn.y, points)))
     outcome, end = lattice(stiff(), drawn.make, h, y)
     square, lines = (points, points), drawn.lines()
+    bar = bar_of(stiff())
+    grid = np.geomspace(STEPS[0], FARTHEST / bar.rate, LINE), np.linspace(*drawn.y, LINE)
+    steps, values = np.meshgrid(*grid)
+    grows = growth(drawn.make(values), bar.omega * steps, bar.rate * steps)
     figure = Figure(figsize=(12, 5.2))
     a, b = figure.subplots(1, 2, sharey=True)
     paint(a, h.reshape(square), y.reshape(square), outcome.word.reshape(square))
@@ -110,6 +120,9 @@ def draw(folder: Path, drawn: Map, points: int) -> tuple[Outcome, Array]:
         for line in lines:
             label = f"derived: settled energy change is 0 at {line:.4f}"
             axes.axhline(line, color=REFERENCE, linewidth=1, linestyle="--", label=label)
+        if (grows > 1.0 + CLOSE).any():
+            axes.contour(*grid, grows, levels=[1.0 + CLOSE], colors="black", linewidths=1.2)
+            axes.plot([], [], color="black", linewidth=1.2, label="derived: on its right errors along the bar grow")
     a.set_ylabel(drawn.y_label)
     figure.suptitle(f"{drawn.title}: stiff pendulum, {SPAN:g} s or {MOST_STEPS} steps")
     handles = word_legend() + a.get_legend_handles_labels()[0]
@@ -119,7 +132,8 @@ def draw(folder: Path, drawn: Map, points: int) -> tuple[Outcome, Array]:
         f"""The stiff pendulum (EA = 10¹⁰ N, a0 = -19.6 m/s² along the bar) with {drawn.title}: (a) the outcome of a
         run of {SPAN:g} s or {MOST_STEPS} steps, whichever is shorter, and (b) its relative change of energy, over the
         step h and one parameter; {points} x {points} runs. Grey in (b):
-        failed.{" Dashed: derived." if lines else ""}""",
+        failed. On the right of the solid line errors along the bar grow, as is derived for steady turning.
+        {"Dashed: derived." if lines else ""}""",
     )  # fmt: skip
     columns = [h, y, outcome.word, outcome.t, outcome.max_ratio, end - 1]
     words = "; ".join(f"{k} {word}" for k, word in enumerate(WORDS))
@@ -142,13 +156,9 @@ def first_rise(pendulum: Scene, h: Array, span: float = 50.0) -> Array:
 
 
 def critical_step(pendulum: Scene) -> float:
-    """The step h, s, with h^2 omega v0/L = 4, omega = sqrt(EA/(m L)) the stiff pendulum's axial frequency.
-
-    Not derived, but found by bisection of runs to within 0.1 %, for EA from 1e7 to 1e11: with larger steps the
-    trapezoidal rule's axial oscillation, whose sign changes every step, grows; with smaller steps it does not.
-    """
-    EA, L, m, v0 = (pendulum.parameters[name] for name in ("EA", "L", "m", "v0"))
-    return 2 * (L / v0) ** 0.5 * (m * L / EA) ** 0.25
+    """The step h, s, beyond which the trapezoidal rule's axial oscillation grows: h^2 omega v0/L = 4, as is derived."""
+    bar, product = bar_of(pendulum), facade.turning("average_acceleration").product
+    return float((float(product) / (bar.omega * bar.rate)) ** 0.5)
 
 
 @styled
@@ -169,7 +179,7 @@ def trapezoidal_rule(folder: Path, full: bool = False) -> Array:
         figure, folder / "trapezoidal_rule", SECTION,
         f"""The trapezoidal rule on the stiff pendulum (EA = 10¹⁰ N, 50 s): when its energy first exceeds
         {FIRST_ENERGY:g} of that at the start, over the step h, for three initial accelerations along the bar. Left of
-        h²ωv₀/L = 4 it never does, whatever the initial acceleration: found by runs, not derived.""",
+        h²ωv₀/L = 4, where errors along a bar that turns begin to grow, it never does, whatever they are.""",
     )  # fmt: skip
     save_csv(folder / "trapezoidal_rule.csv", ["h", *(f"a0 = {a0:g}" for a0 in STARTS.values())], [h, *rises.values()])
     return np.array(list(rises.values()))

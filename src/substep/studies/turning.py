@@ -1,0 +1,110 @@
+"""What a scheme makes of errors along a stiff bar that turns: see `substep_derive.motion.turning`."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.arrays import Array
+from ..core.scenes import Scene
+from ..core.schemes import Scheme
+from ..derived import facade
+from ..derived.facade import TurningStep
+
+SLOW = 2  # eigenvalues of the motion across the bar, which are the nearest to 1
+LEAST = 1e-200  # of a determinant: a smaller one is that of an explicit scheme on a rigid bar
+CLOSE = 1e-6  # a growth beyond 1 that is none: what double eigenvalues are known to
+
+
+@dataclass(frozen=True)
+class StiffBar:
+    """A stiff bar that turns: the angular frequencies in rad/s of its axial vibration, omega, and of its turning."""
+
+    omega: float
+    rate: float
+
+
+def bar_of(pendulum: Scene) -> StiffBar:
+    """The bar of an elastic pendulum as it turns at the start."""
+    EA, L, m, v0 = (float(pendulum.parameters[name]) for name in ("EA", "L", "m", "v0"))
+    return StiffBar((EA / (m * L)) ** 0.5, v0 / L)
+
+
+def growth(s: Scheme, Omega: ArrayLike, tau: ArrayLike) -> Array:
+    """The factor by which errors along a bar grow or fade in a step, of all their eigenvalues the largest modulus.
+
+    Omega: h times the axial angular frequency, inf for a rigid bar; tau: the angle in rad by which the bar turns in a
+    step, well below 1. They and the scheme's parameters broadcast. The factor is that of steady turning; where the
+    motion itself is slowed down by the scheme tau falls. inf: an explicit scheme on a rigid bar.
+
+    Raises DeclarationError for a scheme whose forces have no direction of the bar: a discrete gradient, or
+    coefficients from the stiffness at the start; ValueError for Omega that is not above 0, and tau that is not finite.
+
+    >>> import substep as ss
+    >>> float(growth(ss.scheme("average_acceleration"), np.inf, 0.05).round(4))
+    1.0513
+    """
+    every = np.broadcast_arrays(Omega, tau, *s.parameters.values())
+    stiff, turn, *values = (np.asarray(x, dtype=float).ravel() for x in every)
+    if not ((stiff > 0.0).all() and np.isfinite(turn).all()):
+        raise ValueError(f"expected Omega > 0, inf for a rigid bar, and a finite tau in rad, got {Omega!r} and {tau!r}")
+    J = _matrices(facade.turning_step(s.info.source), stiff, turn, dict(zip(s.parameters, values, strict=True)))
+    found = np.full(len(stiff), np.inf)
+    known = np.isfinite(J).all(axis=(1, 2))
+    eigenvalues = np.linalg.eigvals(J[known])
+    modulus = np.take_along_axis(np.abs(eigenvalues), np.abs(eigenvalues - 1.0).argsort(axis=1), axis=1)
+    found[known] = modulus[:, SLOW:].max(axis=1)
+    return found.reshape(every[0].shape)
+
+
+def first_growth(s: Scheme, bar: StiffBar, h: Array) -> float:
+    """The first of the ascending steps h, s, with which errors along the bar grow; inf if none."""
+    grows = growth(s, bar.omega * h, bar.rate * h) > 1.0 + CLOSE
+    return float(h[grows.argmax()]) if grows.any() else float("inf")
+
+
+def _matrices(step: TurningStep, Omega: Array, tau: Array, values: dict[str, Array]) -> Array:
+    """What a step multiplies errors by, (P, m, m), as seen from the bar before it and after it; NaN if not determined.
+
+    Symbols of the step stand in the plane in the directions along and across the bar at t_n, forces in those at their
+    own instants.
+    """
+    relations, places, instants = _numbers(step, values, len(Omega))
+    (new, forces), n = step.of_new, relations.shape[2]
+    old = new + forces
+    of_force = [*range(new, old), *range(n - (instants.shape[1] - forces), n)]
+    angle = np.zeros((len(Omega), n))
+    angle[:, of_force] = tau[:, None] * instants
+    equations = np.concatenate(
+        [_turned(relations, angle[:, None, :]), _turned(places, -angle[:, new:old, None])], axis=1
+    )
+    for k in range(forces):  # along the bar r = force/Omega^2, across it tau^2 s = force
+        along = 2 * (relations.shape[1] + k)
+        equations[:, along, 2 * (new + k)] -= 1.0 / Omega**2
+        equations[:, along + 1] *= tau[:, None] ** 2
+        equations[:, along + 1, 2 * (new + k) + 1] -= 1.0
+    A, B = equations[:, :, : 2 * old], equations[:, :, 2 * old :]
+    X, largest = np.full(B.shape, np.nan), np.abs(A).max(axis=2, keepdims=True)
+    regular = np.abs(np.linalg.det(A / np.where(largest > 0.0, largest, 1.0))) > LEAST
+    X[regular] = -np.linalg.solve(A[regular], B[regular])
+    unit = np.broadcast_to(np.eye(len(step.after)), (len(Omega), *2 * (len(step.after),)))
+    whole = np.concatenate([X, _turned(unit, np.zeros((1, 1, 1)))], axis=1)
+    back = np.array([0.0 if column in of_force else -1.0 for column in step.after])
+    kept = [2 * column + i for column in step.after for i in (0, 1)]
+    return _turned(unit, tau[:, None, None] * back) @ whole[:, kept]
+
+
+def _turned(numbers: Array, angle: Array) -> Array:
+    """Numbers (P, i, j) times turnings by angles that broadcast, as (P, 2 i, 2 j)."""
+    P, i, j = numbers.shape
+    cosine, sine = numbers * np.cos(angle), numbers * np.sin(angle)
+    return np.stack([np.stack([cosine, -sine], -1), np.stack([sine, cosine], -1)], 2).reshape(P, 2 * i, 2 * j)
+
+
+def _numbers(step: TurningStep, values: dict[str, Array], P: int) -> tuple[Array, Array, Array]:
+    """Relations, places and instants with the parameters' values, with an axis (P,) in front."""
+    entries = step.numbers(*(values[name] for name in step.parameters))
+    flat = np.stack([np.broadcast_to(np.asarray(x, dtype=float), P) for x in entries], axis=1)
+    ends = np.array([step.rows, step.rows + step.of_new[1]]) * step.columns
+    relations, places, instants = np.split(flat, ends, axis=1)
+    return relations.reshape(P, -1, step.columns), places.reshape(P, -1, step.columns), instants
