@@ -139,6 +139,8 @@ def test_the_page_on_structures_has_verdict_and_energy(monkeypatch: pytest.Monke
     assert r"$(- \frac{\Omega^{4}}{4} + \Omega^{2})\,u^2 + (hv)^2$ | $1$ |" in text
     assert "| [oalts](schemes/oalts.md) | proved |" in text
     assert "the spurious root" in text
+    last = [line.rsplit("|", 2)[1].strip() for line in text.splitlines() if line.startswith("| [")]
+    assert last == ["explicit", "from 0.395 on", "from 0.45 on"]
 
 
 def test_a_formula_too_long_to_be_read_is_left_to_the_command_line() -> None:

@@ -4,7 +4,8 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
-from substep_derive import DeclarationError, Energy, NoEnergy, StructuresCertificate, certify
+import numpy as np
+from substep_derive import DeclarationError, Energy, NoEnergy, StructuresCertificate, certify, turning
 from substep_derive.declare.catalogue import find
 from substep_derive.nonlinear.modified_energy import leading_loss
 from substep_derive.oscillator.evaluation import Evaluation
@@ -12,11 +13,16 @@ from substep_derive.stability.structures import bound_text
 from sympy import latex
 
 import substep as ss
+from substep.studies.turning import CLOSE, growth
 
 from .markdown import code, plain, table
 
 LONGEST = 160  # characters of LaTeX in a cell
-HEADER = ("scheme", "every structure", "because", "own energy at ξ = 0", "its ratio a step", "lost on every potential")
+HEADER = (
+    "scheme", "every structure", "because", "own energy at ξ = 0", "its ratio a step", "lost on every potential",
+    "gains energy on a rigid bar that turns by τ a step",
+)  # fmt: skip
+TURNS = np.linspace(0.005, 0.75, 150)  # rad a step
 
 
 def pages() -> dict[str, Callable[[Path], str]]:
@@ -42,7 +48,7 @@ def argument(name: str) -> str:
 def page() -> str:
     """One row for each scheme of the catalogue, at its default parameters."""
     rows = [
-        [f"[{name}](schemes/{name}.md)", *_decision(decided(name)), *_energy(name), _lost(name)]
+        [f"[{name}](schemes/{name}.md)", *_decision(decided(name)), *_energy(name), _lost(name), _turning(name)]
         for name in ss.schemes()
     ]
     others = code("substep certify NAME --structures")
@@ -54,9 +60,13 @@ def page() -> str:
             f"default parameters, by exact algebra; {others} has the argument, and other parameters.",
             "The own energy is a form in (u, h v) that an undamped step multiplies by one number, derived with free",
             f"parameters; {more} has it with damping and load.",
-            "The last column is the leading rate at which a scheme loses energy on nonlinear scenes for good, at",
-            f"its default parameters, where steps resolve the motion; {code('substep show NAME --part modified')} has",
-            "the energy, and the equation that the computed motion solves.", "",
+            "The column before the last is the leading rate at which a scheme loses energy on nonlinear scenes for",
+            "good, at its default parameters, where steps resolve the motion;",
+            f"{code('substep show NAME --part modified')} has the energy, and the equation that the motion solves.",
+            "The last one says from which turn on, up to 0.75 rad a step, errors along a rigid bar grow, as on the",
+            "stiff pendulum and on a rod that is a constraint;",
+            f"{code('substep show NAME --part turning')} has what is exact.",
+            "",
             *table(HEADER, rows),
         ]
     )  # fmt: skip
@@ -90,6 +100,25 @@ def _lost(name: str) -> str:
         return f"nothing up to $h^{found.equation.top}$"
     terms = found.coefficients(found.rates)[found.loss]
     return f"$h^{found.loss}$: " + ", ".join(f"{-float(e.evalf()):.5g} {scalar}" for scalar, e in terms.items())
+
+
+def _turning(name: str) -> str:
+    s = ss.scheme(name)
+    try:
+        factor = growth(s, np.inf, TURNS)
+    except DeclarationError:
+        return "no constant matrix"
+    if not np.isfinite(factor).all():
+        return "explicit"
+    grows = factor > 1.0 + CLOSE
+    if not grows.any():
+        return "never"
+    exact = turning(name)
+    if exact.at_infinity[0][0] > 1:
+        return "unstable for Ω → ∞"
+    if exact.product is not None:
+        return f"iff Ωτ > {exact.product}"
+    return "always" if grows[0] else f"from {TURNS[grows.argmax()]:.3g} on"
 
 
 def _cell(text: str) -> str:
