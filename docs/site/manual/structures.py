@@ -13,7 +13,7 @@ from substep_derive.stability.structures import bound_text
 from sympy import latex
 
 import substep as ss
-from substep.studies.turning import CLOSE, growth
+from substep.studies.turning import CLOSE, FARTHEST, growth
 
 from .markdown import code, plain, table
 
@@ -22,7 +22,7 @@ HEADER = (
     "scheme", "every structure", "because", "own energy at ξ = 0", "its ratio a step", "lost on every potential",
     "gains energy on a rigid bar that turns by τ a step",
 )  # fmt: skip
-TURNS = np.linspace(0.005, 0.75, 150)  # rad a step
+TURNS = np.linspace(0.005, FARTHEST, 150)  # rad a step
 
 
 def pages() -> dict[str, Callable[[Path], str]]:
@@ -63,8 +63,8 @@ def page() -> str:
             "The column before the last is the leading rate at which a scheme loses energy on nonlinear scenes for",
             "good, at its default parameters, where steps resolve the motion;",
             f"{code('substep show NAME --part modified')} has the energy, and the equation that the motion solves.",
-            "The last one says from which turn on, up to 0.75 rad a step, errors along a rigid bar grow, as on the",
-            "stiff pendulum and on a rod that is a constraint;",
+            f"The last one says from which turn on, up to {FARTHEST} rad a step, errors along a rigid bar grow, as on",
+            "the stiff pendulum and on a rod that is a constraint;",
             f"{code('substep show NAME --part turning')} has what is exact.",
             "",
             *table(HEADER, rows),

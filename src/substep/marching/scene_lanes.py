@@ -259,9 +259,8 @@ def _head(
     if memory is not None:
         put_memory(arrays["state"], len(history), head.remembered)
     so_far = arrays["extremes"]
-    passed = (
-        np.abs(head.out[:, :: arrays["stride"], :reported]).max(axis=1).reshape(len(so_far), -1)
-    )  # 0 if not reached
+    # a step that was not reached is 0
+    passed = np.abs(head.out[:, :: arrays["stride"], :reported]).max(axis=1).reshape(len(so_far), -1)
     np.maximum(so_far, passed[:, : so_far.shape[1]], out=so_far)
     out = arrays["out"]
     for row in range(min(out.shape[1], int(steps.max(initial=0)) // arrays["stride"] + 1)):

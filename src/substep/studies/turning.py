@@ -13,6 +13,7 @@ from ..derived.facade import TurningStep
 
 SLOW = 2  # eigenvalues of the motion across the bar, which are the nearest to 1
 LEAST = 1e-200  # of a determinant: a smaller one is that of an explicit scheme on a rigid bar
+FARTHEST = 0.75  # rad a step, up to which the motion across the bar is told from errors along it
 CLOSE = 1e-6  # a growth beyond 1 that is none: what double eigenvalues are known to
 
 
@@ -34,7 +35,7 @@ def growth(s: Scheme, Omega: ArrayLike, tau: ArrayLike) -> Array:
     """The factor by which errors along a bar grow or fade in a step, of all their eigenvalues the largest modulus.
 
     Omega: h times the axial angular frequency, inf for a rigid bar; tau: the angle in rad by which the bar turns in a
-    step, well below 1. They and the scheme's parameters broadcast. The factor is that of steady turning; where the
+    step, up to `FARTHEST`. They and the scheme's parameters broadcast. The factor is that of steady turning; where the
     motion itself is slowed down by the scheme tau falls. inf: an explicit scheme on a rigid bar.
 
     Raises DeclarationError for a scheme whose forces have no direction of the bar: a discrete gradient, or

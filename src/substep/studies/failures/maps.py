@@ -14,16 +14,13 @@ from ...core.style import COLOURS, REFERENCE, styled
 from ...derived import facade
 from ...figures.charts import save, save_csv
 from ...marching.scene_lanes import march_lanes, pair_kernels
-from ..turning import CLOSE, bar_of, growth
+from ..turning import CLOSE, FARTHEST, bar_of, growth
 from .outcomes import BLEW_UP, NEWTON, SECTION, WORDS, Outcome, paint, run, whole_steps, word_legend
 from .table import stiff
 
 SPAN, MOST_STEPS = 10.0, 500  # a run takes SPAN (s) or MOST_STEPS steps, whichever is shorter
 STEPS = (1e-3, 1.0)  # least and largest h, s
-LINE, FARTHEST = (
-    100,
-    0.75,
-)  # steps and values between which a derived line is drawn, and the largest turn in a step, rad
+LINE = 100  # steps and values of a parameter between which a derived line is drawn
 
 
 @dataclass(frozen=True)
