@@ -43,6 +43,10 @@ LINEAR = {
     "history": sweep("linear_oscillator", "newmark", omega=OMEGA, keep="history", samples=4, load=HALF_SINE),
     "own loads": sweep("linear_oscillator", "newmark", omega=OMEGA, load=HALF_SINE, duration=[0.05, 0.1]),
     "started by another": sweep("linear_oscillator", "park", omega=OMEGA, keep="history"),
+    "inelastic": lambda device: ss.inelastic_spectrum(SHAKEN, periods=[0.2, 1.0], ductility=2.0, device=device),
+    "incremental": lambda device: ss.incremental_dynamic_analysis(
+        [SHAKEN], [0.2, 1.0], intensity=[1.0, 2.0], strength=0.5, measure="scale", device=device
+    ),
     "unstable": sweep("linear_oscillator", "central_difference", omega=[1.0, 1e30], t_end=0.3, keep="peak"),
 }
 SCENES = {
@@ -67,6 +71,27 @@ SCENES = {
     "floor": sweep("bouncing_ball", "average_acceleration", u0=[0.01, 0.02], dt=0.02, t_end=0.24),
     "sliding": sweep("sliding_block", "bathe", v0=[0.2, 3.0], dt=0.02, t_end=0.24),
     "bound": sweep("elastic_pendulum", "bathe", EA=[1e4, 1e6], energy_bound=300.0),
+    "tol": sweep("elastic_pendulum", "bathe", EA=[1e4, 1e6], dt=None, tol=[1e-2, 1e-3], t_end=0.1),
+    "tol, peak": sweep("duffing", "generalized_alpha", u0=[0.5, 1.0], dt=None, tol=1e-3, t_end=0.5, keep="peak"),
+    "tol, grid": sweep(
+        "simple_pendulum", "newmark", u0=[0.5, 1.0], dt=None, tol=1e-3, t_end=0.3, keep="history", grid=[0.0, 0.1, 0.3]
+    ),
+    "tol, record": sweep(
+        "linear_oscillator", "newmark_bdf2", omega=[1.0, 9.0], dt=None, tol=1e-2, t_end=0.2, load=SHAKEN
+    ),
+    "tol, pulse": sweep("linear_oscillator", "newmark", omega=[1.0, 9.0], dt=None, tol=1e-2, t_end=0.3, load=HALF_SINE),
+    "tol, law": sweep(
+        "hysteretic_oscillator",
+        "newmark",
+        law="bilinear",
+        strength=0.5,
+        dt=None,
+        tol=1e-2,
+        t_end=0.6,
+        omega=9.0,
+        v0=[1.0, 3.0],
+    ),
+    "tol, bound": sweep("elastic_pendulum", "bathe", EA=[1e4, 1e6], dt=None, tol=1e-2, t_end=0.1, energy_bound=300.0),
     "failing": sweep("elastic_pendulum", "newmark", EA=[1e4, 1e30], dt=0.1, t_end=1.2),
 }
 
@@ -84,7 +109,11 @@ def radii(scheme: str, **parameters: float) -> Callable[[str], Mapping[str, Any]
         LAUNCHED.append(len(Omega))
         there = cuda.to_device(Omega)
         assert s.spectral_radius(there.reshape(4, 8), 0.1).shape == (4, 8)
-        return {"radius": s.spectral_radius(there, 0.1).copy_to_host()}
+        radius, damping = cuda.device_array(len(Omega)), cuda.to_device(np.full(len(Omega), 0.1))
+        assert s.spectral_radius(there, 0.1, out=radius) is radius
+        both = s.spectral_radius(there, damping).copy_to_host()
+        assert np.array_equal(both, radius.copy_to_host(), equal_nan=True)
+        return {"radius": both}
 
     return found
 

@@ -79,6 +79,21 @@ def test_no_more_model_than_the_scene_needs(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("uncompiled")
+def test_steps_that_are_predicted_to_fail_are_not_run_and_do_fail() -> None:
+    stiff, among = ss.scene("elastic_pendulum", EA=1e10), ["average_acceleration", "central_difference", "park"]
+    found = choose(stiff, 2e-2, t_end=10.0, quantity="angle", among=among, simpler=(), chosen=[])
+    trapezoidal = [u.steps for u in found.unmade if u.scheme.name == "average_acceleration"]
+    assert trapezoidal
+    assert {u.scheme.name for u in found.unmade} == {"average_acceleration", "central_difference"}
+    assert not {c.run.method for c in found.candidates} & {"central_difference"}
+    for steps in (trapezoidal[0], trapezoidal[-1]):
+        run = measure.measure(found.reference, ss.scheme("average_acceleration"), steps, 0)
+        assert run.errors["angle"].maximum > 1.0
+        assert 10.0 / steps > 0.00933  # h^2 omega v0/L > 4
+    assert "not run:" in found.text
+
+
+@pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize(("after", "accuracy"), [(0, "1e-9"), (3, "1e-9"), (1, "1")])
 def test_an_interrupted_search_says_what_was_tried(after: int, accuracy: str, monkeypatch: pytest.MonkeyPatch) -> None:
     def stopping(*arguments: Any) -> measure.Run:

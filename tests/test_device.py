@@ -83,6 +83,11 @@ def test_the_text_of_a_thread_is_that_of_one_lane(pair: tuple[str, str]) -> None
     assert lane.replace("np.sign(", "_sign(").replace("np.minimum(", "min(").replace("np.", "math.") == thread
 
 
+def test_out_is_for_arrays_on_a_device() -> None:
+    with pytest.raises(ValueError, match="expected out with Omega or xi on a GPU only"):
+        ss.scheme("newmark").spectral_radius([1.0, 2.0], out=np.empty(2))
+
+
 def test_lanes_that_do_not_fit_on_the_device_go_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     free = 1000.0
 

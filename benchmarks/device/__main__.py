@@ -9,9 +9,9 @@ from . import ours, peers
 from .table import Report
 
 MEASUREMENTS = (
-    ours.machine, ours.multiply_adds, ours.spectrum, ours.pendulum, ours.stability_grid, ours.march_of_a_shape,
-    ours.spectrum_call, ours.sweeps, peers.by_cupy, peers.by_jax_on_the_device, peers.pendulum_by_jax,
-    peers.by_jax_on_the_CPU,
+    ours.machine, ours.multiply_adds, ours.spectrum, ours.pendulum, ours.stability_grid, ours.chosen_steps,
+    ours.inelastic, ours.energy, ours.march_of_a_shape, ours.spectrum_call, ours.sweeps, peers.by_cupy,
+    peers.by_jax_on_the_device, peers.pendulum_by_jax, peers.by_jax_on_the_CPU,
 )  # fmt: skip
 
 
@@ -21,10 +21,13 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seconds", type=float, default=220.0)
     parser.add_argument("--small", action="store_true")
+    parser.add_argument("--only", default="", help="names of measurements, with commas between")
     given = parser.parse_args()
     report = Report(given.folder, given.seconds, given.small)
+    only = given.only.split(",") if given.only else [measurement.__name__ for measurement in MEASUREMENTS]
     for measurement in MEASUREMENTS:
-        report.measure(measurement)
+        if measurement.__name__ in only:
+            report.measure(measurement)
     print((given.folder / "device.md").read_text(encoding="utf-8"))
 
 

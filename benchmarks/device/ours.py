@@ -1,8 +1,11 @@
 """What substep does on a device, beside what it does on the CPU of the same machine."""
 
+import math
 import platform
 import time
+from collections.abc import Callable
 from functools import partial
+from importlib import import_module
 from typing import Any
 
 import numba
@@ -239,37 +242,144 @@ def stability_grid(report: Report) -> None:
     """The spectral radius at points whose array is on the device, stored there; and how fast that memory is copied."""
 
     @cuda.jit
+    def fills(x):
+        j = cuda.grid(1)
+        if j < x.size:
+            x[j] = 1e-2 * math.exp(11.5 * j / x.size)  # 0.01 to 1000
+
+    @cuda.jit
     def copies(x, y):
         j = cuda.grid(1)
         if j < x.size:
             y[j] = 1.5 * x[j]
 
-    P = 64 if report.small else 1 << 26
-    Omega = np.geomspace(1e-2, 1e3, P)
-    x, y = cuda.to_device(Omega), cuda.device_array(P)
+    P = 64 if report.small else 1 << 28
+    x, y = cuda.device_array(P), cuda.device_array(P)
+    fills[-(-P // 256), 256](x)
 
-    def copy() -> None:
-        copies[-(-P // 256), 256](x, y)
-        cuda.synchronize()
+    def timed(run: Callable[[], Any]) -> float:
+        def whole() -> None:
+            run()
+            cuda.synchronize()
 
-    bandwidth = 16.0 * P / best(copy, 3)
+        return best(whole, 5)
+
+    bandwidth = 16.0 * P / timed(lambda: copies[-(-P // 256), 256](x, y))
     report.add("copy on the device", bandwidth / 1e9, "GB/s", f"{P} doubles")
     few = slice(None, None, max(P >> 18, 1))
+    Omega = np.ascontiguousarray(x.copy_to_host()[few])
     for name in ("newmark", "bathe", "generalized_alpha"):
         s = ss.scheme(name)
         begin = time.perf_counter()
-        found = s.spectral_radius(x, 0.02).copy_to_host()[few]
+        s.spectral_radius(x, 0.02, out=y)
+        cuda.synchronize()
         first = time.perf_counter() - begin
-
-        def run(s=s) -> None:
-            s.spectral_radius(x, 0.02)
-            cuda.synchronize()
-
-        seconds, expected = best(run, 3), s.spectral_radius(Omega[few], 0.02)
+        found, expected = y.copy_to_host()[few], s.spectral_radius(Omega, 0.02)
+        seconds = timed(lambda s=s: s.spectral_radius(x, 0.02, out=y))
         with at_most(1):
-            one = best(lambda s=s: s.spectral_radius(Omega[few], 0.02), 3) / Omega[few].size
+            one = best(lambda s=s: s.spectral_radius(Omega, 0.02), 3) / Omega.size
         report.add(f"spectral radius, {name}", P / seconds, "points/s", f"{P} points, first call {first:.2f} s")
         report.add(f"spectral radius, {name} / one CPU core", one * P / seconds, "", "a range of Omega, in order")
         report.add(f"spectral radius, {name} / copy on the device", 16.0 * P / seconds / bandwidth)
+        other = timed(lambda s=s: s.spectral_radius(x, 0.02))
+        report.add(f"spectral radius, {name} / copy, in a new array", 16.0 * P / other / bandwidth)
         far = float(np.abs(found / expected - 1.0).max())
         report.add(f"spectral radius, {name}, largest relative difference from the CPU", far)
+
+
+def chosen_steps(report: Report) -> None:
+    """Pendulums that choose their steps, a thread each."""
+    few = 4 if report.small else 1 << 12
+    many = few if report.small else 1 << 18
+    for scheme in ("bathe", "generalized_alpha"):
+        seconds, found = {}, {}
+        for name, P in (("cpu", few), ("cuda", many)):
+            axes = {"v0": 6.0 + 2.0 * np.arange(P) / P, "EA": 1e4}
+
+            def run(name=name, axes=axes, scheme=scheme, found=found) -> None:
+                found[name] = ss.sweep(
+                    "elastic_pendulum",
+                    scheme,
+                    tol=1e-5,
+                    t_end=0.1 if report.small else 5.0,
+                    **axes,
+                    device=name,
+                    progress=False,
+                )
+
+            seconds[name] = best(run, 2) / P
+            report.add(f"chosen steps, {scheme}, {name}", seconds[name] * 1e9, "ns/run", f"{P} runs, whole call")
+        report.add(f"chosen steps, {scheme}, cpu / cuda", seconds["cpu"] / seconds["cuda"], "", "all cores")
+        here, there = found["cpu"], found["cuda"].isel(v0=slice(None, None, many // few))
+        same = float((here.accepted == there.accepted).mean())
+        far = float(abs(here.u - there.u).max() / abs(here.u).max())
+        report.add(
+            f"chosen steps, {scheme}, steps a run", float(here.accepted.mean()), "", f"same number in {same:.3%}"
+        )
+        report.add(f"chosen steps, {scheme}, largest difference of u", far)
+
+
+def inelastic(report: Report) -> None:
+    """Constant-ductility spectra as they are called."""
+    n, P = (40, 4) if report.small else (4096, 4096)
+    seconds, found = {}, {}
+    for name in ("cpu", "cuda"):
+
+        def run(name=name) -> None:
+            found[name] = ss.inelastic_spectrum(
+                shaken(n), periods=np.geomspace(0.2, 5.0, P), ductility=[2.0, 4.0], errors=False, device=name
+            )
+
+        seconds[name] = best(run, 1)
+        report.add(f"inelastic_spectrum, {name}", seconds[name], "s", f"{P} periods, 2 ductilities, {n} samples")
+    report.add("inelastic_spectrum, cpu / cuda", seconds["cpu"] / seconds["cuda"], "", "all cores")
+    far = abs(found["cpu"].A_y / found["cuda"].A_y - 1.0).max()
+    report.add("inelastic_spectrum, largest relative difference of A_y", float(far))
+
+
+def energy(report: Report) -> None:
+    """What a step costs in joules, by the device's own counter."""
+    if report.small:
+        return
+    nvml = import_module("pynvml")
+    nvml.nvmlInit()
+    handle = nvml.nvmlDeviceGetHandleByIndex(0)
+    begin, first = time.perf_counter(), nvml.nvmlDeviceGetTotalEnergyConsumption(handle)
+    time.sleep(2.0)
+    report.add(
+        "power at rest",
+        (nvml.nvmlDeviceGetTotalEnergyConsumption(handle) - first) * 1e-3 / (time.perf_counter() - begin),
+        "W",
+    )
+    s, n, P = ss.scheme("average_acceleration"), 4096, 1 << 20
+    load = shaken(n)
+    T = filter_of(s, at_rest(2.0 * np.pi / np.geomspace(0.02, 10.0, P), np.full(P, 0.05), load), n, load)
+    there, f, out = cuda.to_device(T), cuda.to_device(load.samples), cuda.device_array((3, P))
+    kernel = device._peaks_of_filter(s.kernels.FILTER, 3).peaks
+    bathe, scene = ss.scheme("bathe"), ss.scene("elastic_pendulum", EA=1e4)
+    lanes = 1 << 18
+    v0 = np.stack([np.zeros(lanes), np.linspace(7.0, 8.0, lanes)], axis=1)
+    start = np.broadcast_to(scene.u0, (lanes, 2)), v0, np.broadcast_to(scene.a0, (lanes, 2))
+
+    def peaks() -> None:
+        for _ in range(20):
+            kernel[-(-P // device.THREADS), device.THREADS](there, f, out)
+        cuda.synchronize()
+
+    def pendulums() -> None:
+        with device.on("cuda"):
+            march_lanes(scene, bathe, np.full(lanes, 0.001), np.full(lanes, 20000), start=start)
+
+    for name, run, steps in (
+        ("spectrum, a step", peaks, 20 * P * n),
+        ("pendulum, bathe, a step", pendulums, lanes * 20000),
+    ):
+        run()
+        begin, first, done = time.perf_counter(), nvml.nvmlDeviceGetTotalEnergyConsumption(handle), 0
+        while time.perf_counter() - begin < 3.0:
+            run()
+            done += steps
+        joules, seconds = (nvml.nvmlDeviceGetTotalEnergyConsumption(handle) - first) * 1e-3, time.perf_counter() - begin
+        report.add(
+            f"{name}, energy", joules / done * 1e12, "pJ", f"{joules / seconds:.0f} W, {done / seconds:.3g} steps/s"
+        )

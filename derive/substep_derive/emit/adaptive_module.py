@@ -1,6 +1,6 @@
 """EstimatedBody -> text of a module that marches one scheme on one scene in steps of chosen length."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from textwrap import wrap
 from typing import Any
@@ -12,6 +12,7 @@ from ..estimate.held import END, HALVED, START
 from ..kernels.balance_step import Part
 from ..kernels.estimated_body import EstimatedBody
 from ..kernels.local_error import Terms, combined, weight_names
+from .gpu_thread import on_device
 from .one_lane import ONE_LANE
 from .pair_module import helpers
 from .printing import KERNEL_PRINTER, KernelPrinter, block, docstring, fill, lines, literal_tuple, operations, placed
@@ -22,10 +23,13 @@ from .templates.adaptive import (
     ADAPTIVE_HEADER,
     ADAPTIVE_LANE,
     ADAPTIVE_MARCH,
+    ADAPTIVE_THREADS,
     AGAIN,
     DENSE,
     FIRST,
     HALVES,
+    IMPORTS,
+    IMPORTS_OF_DEVICE,
     JUMP,
     RESTART,
     UNEVEN,
@@ -33,6 +37,7 @@ from .templates.adaptive import (
 from .templates.decorators import COMPILE_AND_INNER
 from .templates.pair import COUNT
 from .templates.step_control import STEP_CONTROL
+from .templates.thread import COMPILE_THREADS
 
 # what is asked of a run: names of the kernel, after the parameters and the weights
 ASKED = (
@@ -45,11 +50,25 @@ HALVES_GIVEN = ("numbers", "start", "t", "load", "samples", "middle")
 
 def adaptive_module(p: EstimatedBody, banner: str) -> str:
     """Text of the module."""
+    header, text, to = _parts(p, IMPORTS)
+    march = fill(ADAPTIVE_MARCH, rows=to.rows, d=len(to.d))
+    return "".join([banner, header, COMPILE_AND_INNER, text, march])
+
+
+def adaptive_threads(p: EstimatedBody, banner: str) -> str:
+    """Text of the module that marches lanes in the threads of a GPU."""
+    header, text, _ = _parts(p, IMPORTS_OF_DEVICE)
+    return "".join([banner, header, COMPILE_THREADS, on_device(text), ADAPTIVE_THREADS])
+
+
+def _parts(p: EstimatedBody, imports: str) -> "tuple[str, str, _Writer]":
+    """Text of the module's head, and of the functions that march one lane; and their writer."""
     to, body = _Writer(p), p.body
     lane, counts = to.lane()
-    text = "".join([to.accelerations(), to.first(), to.halved(), lane, fill(ADAPTIVE_MARCH, rows=to.rows, d=len(to.d))])
+    text = "".join([to.accelerations(), to.first(), to.halved(), lane])
     header = fill(
         ADAPTIVE_HEADER,
+        imports=imports,
         scheme=body.scheme.name,
         scene=body.motion.scene.name,
         errors=docstring(_errors(p.terms)),
@@ -61,7 +80,7 @@ def adaptive_module(p: EstimatedBody, banner: str) -> str:
         degree=p.between.degree,
         operations=counts,
     )
-    return "".join([banner, header, COMPILE_AND_INNER, STEP_CONTROL, *helpers(text, body), text])
+    return header, "".join([STEP_CONTROL, *helpers(text, body), text]), to
 
 
 def _errors(terms: Terms) -> str:
@@ -70,6 +89,22 @@ def _errors(terms: Terms) -> str:
     kinds = "u", "v", "v, by the acceleration at the end"
     rows += [f"    of {kind}: {e}" for kind, e in zip(kinds, combined(terms), strict=False)]
     return "\n".join(line for row in rows for line in wrap(row, 110, subsequent_indent=" " * 8))
+
+
+def _largest(names: Sequence[str]) -> str:
+    """The largest modulus."""
+    found = f"abs({names[0]})"
+    for name in names[1:]:
+        found = f"max({found}, abs({name}))"
+    return found
+
+
+def _root_mean_square(of_u: Sequence[str], of_v: Sequence[str], u_scale: Sequence[str], v_scale: Sequence[str]) -> str:
+    """The root of the mean over the coordinates of the squares of both, over their scales."""
+    squares = (
+        f"(({x}) / {s}) ** 2 + (({y}) / {r}) ** 2" for x, y, s, r in zip(of_u, of_v, u_scale, v_scale, strict=True)
+    )
+    return f"np.sqrt(({' + '.join(f'({square})' for square in squares)}) / {len(of_u)})"
 
 
 class _Writer:
@@ -128,13 +163,43 @@ class _Writer:
         return self.acceleration(targets, "end", self.ends[0], self.ends[1], self.memory[1])
 
     def first(self) -> str:
-        """Text of `_first`, which has the acceleration, a trial's u and v, and its acceleration in the rows of size."""
-        size, memory = self._rows("size[{}, {}]"), [f"start[{place}]" for place in self.remembered_at]
+        """Text of `_first`."""
+        memory = [f"start[{place}]" for place in self.remembered_at]
+        u, v, a = self.start
+        then, now, later_u, later_v, of_u, of_v = (
+            [f"{name}_{i}" for i in self.d] for name in ("then", "now", "u", "v", "u_scale", "v_scale")
+        )
+        slopes = [f"{new} - {old}" for new, old in zip([*later_v, *now], [*v, *then], strict=True)]
+        d = len(self.d)
         return fill(
             FIRST,
             numbers=self.numbers,
-            first=placed([self.acceleration(size[0], "t", *self.start[:2], memory)], 1),
-            second=placed([self.acceleration(size[1], "t", *size[1:], memory)], 1),
+            first=placed([self.acceleration(then, "t", u, v, memory)], 1),
+            fastest=_largest(v),
+            steepest=_largest([*a, *then]),
+            scales=placed(
+                [
+                    *(f"{scale} = atol_u + rtol * abs({x}) + 1e-300" for scale, x in zip(of_u, u, strict=True)),
+                    *(
+                        f"{scale} = atol_v + share_v * fast + rtol * abs({x}) + 1e-300"
+                        for scale, x in zip(of_v, v, strict=True)
+                    ),
+                ],
+                1,
+            ),
+            d0=_root_mean_square(u, v, of_u, of_v),
+            d1=_root_mean_square(v, then, of_u, of_v),
+            moved=placed(
+                (
+                    f"{new} = {old} + trial * {slope}"
+                    for new, old, slope in zip([*later_u, *later_v], [*u, *v], [*v, *then], strict=True)
+                ),
+                1,
+            ),
+            second=placed([self.acceleration(now, "t", later_u, later_v, memory)], 1),
+            moving=_largest(now),
+            more=placed((f"{scale} += share_v * fast" for scale in of_v), 2),
+            d2=_root_mean_square(slopes[:d], slopes[d:], of_u, of_v),
         )
 
     def halved(self) -> str:
@@ -189,6 +254,14 @@ class _Writer:
             restart=self._restart(),
             first_old=placed((f"{name} = {at}" for at, name in self.old_back), 1),
             old_back=self._old_back(1),
+            extremes=placed(
+                (
+                    f"extremes[{k}, {i}] = max(extremes[{k}, {i}], abs({name}))"
+                    for k, row in enumerate(self.old)
+                    for i, name in enumerate(row)
+                ),
+                3,
+            ),
             store=placed((f"out[row, {place[5:-1]}] = {name}" for place, name in self._here), 3),
             write_state=placed((f"{place} = {name}" for name, place in state), 1),
         ), {**step.operations, "step": step.operations["step"] + weighing}
@@ -219,7 +292,8 @@ class _Writer:
 
     def _begin(self) -> str:
         """Lines that take the state from the start."""
-        rows = [f"state[{j}] = start[{knot(0).index(s)}]" for j, s in enumerate(self.body.scheme.state)]
+        places = enumerate(map(knot(0).index, self.body.scheme.state))
+        rows = [f"_copy(start[{k} : {k + 1}], state[{j} : {j + 1}])" for j, k in places]
         memory = [f"start[{place}]" for place in self.remembered_at]
         places = self.body.laid(self.memory[0], len(rows))
         rows += [f"state[{at}] = {given}" for (_, at), given in zip(places, memory, strict=True)]
@@ -227,7 +301,7 @@ class _Writer:
             if s == START.a:
                 rows += [self.acceleration([f"state[{j}, {i}]" for i in self.d], "t_begin", *self.start[:2], memory)]
             else:
-                rows += [f"state[{j}] = 0.0"]
+                rows += [f"state[{j}, {i}] = 0.0" for i in self.d]
         return placed(rows, 2)
 
     def _size(self) -> tuple[str, int]:
@@ -353,7 +427,10 @@ class _Writer:
         if not self.p.own_acceleration and self.p.end_is_estimated:
             rows += [f"{old} = {name}" for old, name in zip(self.old[2], self.end_a, strict=True)]
         elif not self.p.own_acceleration:
-            rows += ["if row < times.size or end >= t_end:", f"    {self.acceleration_at_end(self.old[2])}"]
+            rows += [
+                "if row < times.size or extremes.shape[0] > 0 or end >= t_end:",
+                f"    {self.acceleration_at_end(self.old[2])}",
+            ]
         return placed(rows, 2)
 
     def _adapted(self) -> str:

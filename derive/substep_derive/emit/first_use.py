@@ -16,7 +16,8 @@ from ..kernels.estimated_body import EstimatedBody
 from ..kernels.local_error import LocalError, Terms
 from ..motion.effective import effective_systems
 from ..motion.equations import EquationsOfMotion
-from .adaptive_module import adaptive_module
+from ..motion.turning import TurningStep
+from .adaptive_module import adaptive_module, adaptive_threads
 from .gpu_thread import pair_threads
 from .local_error_module import local_error_module
 from .pair_module import pair_module
@@ -27,6 +28,7 @@ from .templates.elementary import CALL, CALL_IMPORTS
 from .templates.scheme import BANNER
 from .templates.small_matrices import SMALL_MATRICES
 from .templates.spring_march import SPRING_MARCH
+from .turning_module import turning_module
 
 
 def catalogue_pair(scheme: Scheme, motion: EquationsOfMotion) -> str:
@@ -40,15 +42,17 @@ def pair_in_threads(scheme: Scheme, motion: EquationsOfMotion) -> str:
     return pair_threads(Body.of(*_in_kernels(scheme, motion)), _banner_of_pair(scheme, motion))
 
 
-def adaptive_pair(scheme: Scheme, motion: EquationsOfMotion, terms: Terms, order: int, always: bool = True) -> str:
+def adaptive_pair(
+    scheme: Scheme, motion: EquationsOfMotion, terms: Terms, order: int, always: bool = True, threads: bool = False
+) -> str:
     """Text of the module that marches the scheme on the scene in steps that it chooses.
 
-    terms, order, always: of `LocalError`.
+    terms, order, always: of `LocalError`. threads: whether in those of a GPU.
 
     Raises DeclarationError for a scheme whose step cannot change.
     """
     body = EstimatedBody.of(*_in_kernels(scheme, motion), terms, order, always)
-    return adaptive_module(body, _banner_of_pair(scheme, motion))
+    return (adaptive_threads if threads else adaptive_module)(body, _banner_of_pair(scheme, motion))
 
 
 def local_error(scheme: Scheme, exact: Mapping[str, Any], *, damped: bool) -> str:
@@ -59,6 +63,14 @@ def local_error(scheme: Scheme, exact: Mapping[str, Any], *, damped: bool) -> st
     Raises NoEstimator for a scheme without an estimate from what a step holds.
     """
     return local_error_module(LocalError.of(scheme, exact, damped=damped))
+
+
+def turning(scheme: Scheme) -> str:
+    """Text of the module with the equations of a step on a stiff bar that turns.
+
+    Raises DeclarationError as `TurningStep.of`.
+    """
+    return turning_module(TurningStep.of(scheme.in_doubles))
 
 
 def spring_march() -> str:

@@ -12,7 +12,7 @@ from .templates.step import NEWTON
 from .templates.thread import COMPILE_THREADS, LANE_OF_THREAD, PAIR_THREADS_HEADER, SIGN
 
 # NumPy's functions in the text of a step, and what a device has in their place
-ON_DEVICE = {"np.sign(": "_sign(", "np.minimum(": "min(", "np.": "math."}
+ON_DEVICE = {"np.sign(": "_sign(", "np.minimum(": "min(", "np.int64(": "int(", "np.": "math."}
 
 
 def _march(body: Body, step: StepText, arguments: Sequence[str]) -> str:
@@ -32,9 +32,13 @@ def pair_threads(body: Body, banner: str) -> str:
     """Text of the module that marches a pair in the threads of a GPU; its start is that of the pair's own module."""
     step = step_text(body, DT, GPU_THREAD, [Part(body.results)])
     march = GPU_THREAD.march(body, step, march_arguments(body))
-    text = "".join([*helpers(march, body), march])
+    text = on_device("".join([*helpers(march, body), march]))
+    header = fill(PAIR_THREADS_HEADER, scheme=body.scheme.name, scene=body.motion.scene.name)
+    return "".join([banner, header, COMPILE_THREADS, text])
+
+
+def on_device(text: str) -> str:
+    """Text of functions of a CPU, as code of the device."""
     for name, other in ON_DEVICE.items():
         text = text.replace(name, other)
-    sign = SIGN if "_sign(" in text else ""
-    header = fill(PAIR_THREADS_HEADER, scheme=body.scheme.name, scene=body.motion.scene.name)
-    return "".join([banner, header, COMPILE_THREADS, sign, text])
+    return SIGN * ("_sign(" in text) + text

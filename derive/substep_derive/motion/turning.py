@@ -15,12 +15,11 @@ h^2 omega theta' > 4. For, with G(lambda) = -u/force at the place where the forc
 with the tension: m-fold zeros of G become those of (x + i tau)^m + (x - i tau)^m with x = log(lambda/lambda_oo).
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache
 from typing import Any
 
-from sympy import Dummy, Expr, Integer, Matrix, Poly, cancel, cot, factor, lambdify, pi, radsimp, sqrt, zeros
+from sympy import Dummy, Expr, Integer, Matrix, Poly, cancel, cot, factor, pi, radsimp, sqrt, zeros
 
 from ..algebra import rational
 from ..algebra.algebraic import Field
@@ -135,12 +134,6 @@ class TurningStep:
         at the start, whose direction does not turn with the bar.
         """
         return _step(scheme)
-
-    @cached_property
-    def numbers(self) -> Callable[..., list[Any]]:
-        """Function of the parameters' values: the entries of relations, row by row, then of places, then instants."""
-        entries = [*self.relations, *self.places, *self.instants]
-        return lambdify([*self.scheme.values], entries, modules="math", cse=True)
 
 
 @cache

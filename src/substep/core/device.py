@@ -22,7 +22,10 @@ Device = Literal["cpu", "cuda", "auto"]
 
 THREADS = 64  # of a block: few, so that a small number of lanes is spread over all of a GPU's processors
 SHARE = 0.8  # of the device's free memory that one part of the lanes may take
-RESULTS = ("state", "out", "extremes", "iterations", "newton", "peak", "n_done", "status")  # of a march of a scene
+# of a march of a scene; those below are in steps that it chooses
+RESULTS = "state", "out", "extremes", "iterations", "newton", "peak", "n_done", "status"
+RESULTS += "here", "control", "counts", "times"
+SHARED = "samples", "grid"  # arrays that all lanes have in common, whatever their length
 
 _on: ContextVar[bool] = ContextVar("on", default=False)
 
@@ -118,11 +121,22 @@ def peaks_of_filter(order: int, followed: int) -> Callable[..., None]:
 
 def march_of_pair(scheme: Any, scene: Any, names: Sequence[str]) -> Callable[..., None]:
     """The march of a scheme on a scene, called as `march` of the pair's module for a CPU; names: of its arguments."""
-    kernel = _march_of_pair(scheme, scene).march
+    return _of_lanes(_march_of_pair(scheme, scene).march, names)
+
+
+def adaptive_march(
+    scheme: Any, scene: Any, terms: Any, order: int, always: bool, names: Sequence[str]
+) -> Callable[..., None]:
+    """The march in steps that lanes choose, called as that of the module for a CPU; names: of its arguments."""
+    return _of_lanes(_adaptive_march(scheme, scene, terms, order, always).march, names)
+
+
+def _of_lanes(kernel: Any, names: Sequence[str]) -> Callable[..., None]:
+    """A kernel that takes these arguments, called with arrays on the CPU, of which the results are written."""
 
     def march(*given: Any) -> None:
         lanes = len(given[names.index("status")])
-        own = [_is_array(x) and len(x) == lanes for x in given]
+        own = [_is_array(x) and len(x) == lanes and name not in SHARED for x, name in zip(given, names, strict=True)]
         each = sum(x[:1].nbytes for x, is_own in zip(given, own, strict=True) if is_own)
         for some in _parts(0, lanes, each, 0):
             here = [x[some] if is_own else x for x, is_own in zip(given, own, strict=True)]
@@ -147,6 +161,13 @@ def _peaks_of_filter(order: int, followed: int) -> ModuleType:
     from ..derived.modules import filter_in_threads  # noqa: PLC0415 (the one door to SymPy)
 
     return filter_in_threads(order, followed)
+
+
+@cache
+def _adaptive_march(scheme: Any, scene: Any, terms: Any, order: int, always: bool) -> ModuleType:
+    from ..derived.modules import adaptive_pair  # noqa: PLC0415 (the one door to SymPy)
+
+    return adaptive_pair(scheme, scene, terms, order, always, threads=True)
 
 
 @cache

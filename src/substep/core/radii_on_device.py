@@ -2,6 +2,7 @@
 
 import re
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -12,7 +13,9 @@ from .device import numba_cuda
 from .eigenvalues import eigenvalues_of
 from .scheme_record import SchemeRecord
 
-THREADS = 256  # of a block
+THREADS, POINTS = 256, 16  # of a block, and points of a thread, which have in common what parameters alone decide
+INTERFACES = "__cuda_array_interface__", "__cuda_ndarray__"  # the latter numba's own, in its simulator too
+GPU, LEGACY = 2, 1  # DLPack's number of CUDA's devices, and of their default stream
 
 TEXT = '''"""The spectral radius of {name} at points in the threads of a GPU."""
 
@@ -31,65 +34,94 @@ _inner = _inline = cuda.jit(device=True)
 @cuda.jit(cache=True)
 def store(Omega, xi, {parameters}damped, radius):
     """Store the spectral radius of points, NaN where Omega or xi is negative or not finite, or damping not taken."""
-    i = cuda.grid(1)
-    if i < radius.size:
-        points = cuda.local.array(({inputs}, 1), float64)
-        rows, found = cuda.local.array({rows}, float64), cuda.local.array({found}, float64)
-        points[0, 0], points[1, 0] = Omega[i if Omega.size > 1 else 0], xi[i if xi.size > 1 else 0]
+    points, rows = cuda.local.array(({inputs}, 1), float64), cuda.local.array({rows}, float64)
+    found, largest = cuda.local.array({found}, float64), cuda.local.array(1, float64)
 {read}
+    i = cuda.grid(1)
+    while i < radius.size:
+        points[0, 0], points[1, 0] = {Omega}, {xi}
         polynomial(1, points, rows)
-        radii(1, points, rows, found, radius[i:])
+        radii(1, points, rows, found, largest)
         whole = points[0, 0] >= 0.0 and points[1, 0] >= 0.0 and (damped or points[1, 0] == 0.0)
-        if not (whole and math.isfinite(radius[i])):
-            radius[i] = math.nan
+        radius[i] = largest[0] if whole and math.isfinite(largest[0]) else math.nan
+        i += cuda.gridsize(1)
 '''
 
 
 def is_there(x: Any) -> bool:
     """Whether an array is in a GPU's memory."""
-    return hasattr(x, "__cuda_array_interface__") or hasattr(x, "__cuda_ndarray__")
+    return any(hasattr(x, name) for name in INTERFACES) or (
+        hasattr(x, "__dlpack__") and x.__dlpack_device__()[0] == GPU
+    )
 
 
-def spectral_radius(scheme: SchemeRecord, Omega: Any, xi: Any) -> Any:
-    """The largest modulus of the eigenvalues at arrays on a device, as an array there, which CuPy and others take.
+def spectral_radius(scheme: SchemeRecord, Omega: Any, xi: Any, out: Any = None) -> Any:
+    """The largest modulus of the eigenvalues at arrays on a device, in an array there.
 
     Omega, xi: floats of double precision in C order, of one shape, or one of them a number; what has the CUDA array
-    interface. The scheme's parameters are numbers. NaN stands where an error would be raised of arrays on the CPU.
-    Raises ValueError for other types and shapes, and for schemes of more than three eigenvalues that are not always 0.
+    interface or DLPack's. out: such an array for the results, or a new one of numba. The scheme's parameters are
+    numbers. NaN stands where an error would be raised of arrays on the CPU. Raises ValueError for other types and
+    shapes, and for schemes of more than three eigenvalues that are not always 0.
     """
-    given = [_of_device(name, x) for name, x in (("Omega", Omega), ("xi", xi))]
-    shapes = {x.shape for x in given if x.shape != (1,)}
-    if len(shapes) > 1:
-        raise ValueError(f"expected Omega and xi of one shape on the device, got {given[0].shape} and {given[1].shape}")
     if any(np.ndim(x) for x in scheme.kernel_parameters):
         raise ValueError(f"expected a handle of {scheme.name} whose parameters are numbers, got arrays; call for each")
-    shape = shapes.pop() if shapes else (1,)
-    radius: Any = numba_cuda().device_array(shape)
-    flat = [x.reshape(x.size) for x in (*given, radius)]
+    given = [_of_device("Omega", Omega), _of_device("xi", xi)]
+    there = [not isinstance(x, float) for x in given]
+    shapes = {x.shape for x, is_array in zip(given, there, strict=True) if is_array}
+    if len(shapes) > 1:
+        raise ValueError(f"expected Omega and xi of one shape on the device, got {given[0].shape} and {given[1].shape}")
+    (shape,) = shapes
+    radius = numba_cuda().device_array(shape) if out is None else _of_device("out", out)
+    if isinstance(radius, float) or radius.shape != shape:
+        raise ValueError(
+            f"expected out of the shape {shape} on the device, got {np.shape(out)}; make one so, or give none"
+        )
+    flat = [x.reshape(x.size) if is_array else x for x, is_array in zip(given, there, strict=True)]
     numbers = [float(x) for x in scheme.kernel_parameters]
-    store = _module(scheme.kernels).store
-    store[-(-radius.size // THREADS), THREADS](flat[0], flat[1], *numbers, scheme.info.damping, flat[2])
-    return radius
+    blocks = -(-radius.size // (THREADS * POINTS))
+    store = _module(scheme.kernels, *there).store
+    store[blocks, THREADS](*flat, *numbers, scheme.info.damping, radius.reshape(radius.size))
+    return radius if out is None else out
 
 
 def _of_device(name: str, x: Any) -> Any:
-    """An array on the device as numba takes it, from any with the CUDA array interface, or a number."""
+    """A number, or an array on the device as numba takes it."""
     if not is_there(x):
         if np.ndim(x):
             raise ValueError(f"expected {name} on the device or a number, got an array on the CPU; move it there")
-        return numba_cuda().to_device(np.array([x], dtype=np.float64))
-    found: Any = x if hasattr(x, "__cuda_ndarray__") else numba_cuda().as_cuda_array(x)
+        return float(x)
+    found: Any = (
+        x
+        if hasattr(x, "__cuda_ndarray__")
+        else numba_cuda().as_cuda_array(x if hasattr(x, INTERFACES[0]) else _Shared(x))
+    )
     if found.dtype != np.float64 or not found.is_c_contiguous():
         raise ValueError(f"expected {name} of float64 in C order, got {found.dtype}; convert it on the device")
     return found
 
 
+class _Shared:
+    """An array that has DLPack's interface alone, with that of CUDA arrays."""
+
+    def __init__(self, x: Any) -> None:
+        views: Any = import_module("cuda.core.utils")  # numba-cuda brings it
+        self.view = view = views.StridedMemoryView.from_dlpack(x, stream_ptr=LEGACY)
+        strides = None if view.strides is None else tuple(n * view.dtype.itemsize for n in view.strides)
+        self.__cuda_array_interface__ = {
+            "shape": view.shape, "strides": strides, "typestr": view.dtype.str, "data": (view.ptr, view.readonly),
+            "version": 3,
+        }  # fmt: skip
+
+
 @cache
-def _module(module: ModuleType) -> ModuleType:
-    """The module with the kernel of a scheme: from the cache, or put together from the functions of the CPU."""
+def _module(module: ModuleType, Omega: bool, xi: bool) -> ModuleType:
+    """The module with the kernel of a scheme: from the cache, or put together from the functions of the CPU.
+
+    Omega, xi: whether these are arrays, and not numbers.
+    """
     from ..derived.module_cache import cached_module  # noqa: PLC0415
 
-    text = _text(module)
+    text = _text(module, Omega, xi)
     return cached_module(f"radii {text}", lambda: text)
 
 
@@ -97,7 +129,7 @@ def _source(module: ModuleType) -> str:
     return Path(module.__file__ or "").read_text(encoding="utf-8")
 
 
-def _text(module: ModuleType) -> str:
+def _text(module: ModuleType, Omega: bool = True, xi: bool = True) -> str:
     """The functions that compute radii, of the scheme and for its kind of eigenvalues, and the kernel."""
     shared = eigenvalues_of(module.EIGENVALUES)
     if hasattr(shared, "find"):
@@ -117,7 +149,9 @@ def _text(module: ModuleType) -> str:
         inputs=len(names) + 2,
         rows=rows,
         found=found,
-        read="\n".join(f"        points[{k}, 0] = {name}" for k, name in enumerate(names, start=2)),
+        read="\n".join(f"    points[{k}, 0] = {name}" for k, name in enumerate(names, start=2)),
+        Omega="Omega[i]" if Omega else "Omega",
+        xi="xi[i]" if xi else "xi",
     )
 
 

@@ -327,9 +327,12 @@ class Scheme(SchemeRecord):
         """Amplification matrix, (..., m, m), of the undriven oscillator, in the order of `state`."""
         return stability_functions.amplification(self, Omega, xi)
 
-    def spectral_radius(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> Array:
-        """Largest modulus of the eigenvalues of the amplification matrix (thesis (4.17))."""
-        return stability_functions.spectral_radius(self, Omega, xi)
+    def spectral_radius(self, Omega: ArrayLike, xi: ArrayLike = 0.0, *, out: Any = None) -> Array:
+        """Largest modulus of the eigenvalues of the amplification matrix (thesis (4.17)).
+
+        out: of arrays on a GPU, the array there that the radii are stored in.
+        """
+        return stability_functions.spectral_radius(self, Omega, xi, out)
 
     def stability(self, Omega: ArrayLike, xi: ArrayLike = 0.0) -> tuple[Array, Array, Array]:
         """Spectral radius, numerical damping and period error in one pass, equal to the methods of these names.

@@ -66,13 +66,15 @@ def _amplification(scheme: SchemeRecord, arguments: Sequence[Array]) -> Array:
     return out.reshape(n, m, m)
 
 
-def spectral_radius(scheme: SchemeRecord, Omega: ArrayLike, xi: ArrayLike) -> Array:
+def spectral_radius(scheme: SchemeRecord, Omega: ArrayLike, xi: ArrayLike, out: Any = None) -> Array:
     """Largest modulus of the eigenvalues of the amplification matrix; of arrays on a GPU, an array there.
 
-    See `core.radii_on_device` for the latter.
+    See `core.radii_on_device` for the latter, and for out. Raises ValueError for out of arrays on the CPU.
     """
     if is_there(Omega) or is_there(xi):
-        return radii_on_device(scheme, Omega, xi)
+        return radii_on_device(scheme, Omega, xi, out)
+    if out is not None:
+        raise ValueError("expected out with Omega or xi on a GPU only, got both on the CPU; take what is returned")
     return _evaluated(scheme, "spectral_radius", 1, Omega, xi)[0][0]
 
 

@@ -222,32 +222,6 @@ def modified_energy(
     return ModifiedEnergy(kept, rates, found.energy.loss)
 
 
-@dataclass(frozen=True)
-class TurningStep:
-    """One step on a bar that turns: see `substep_derive.motion.turning.TurningStep`.
-
-    rows, columns: of the relations; of_new: how many symbols and forces are new; after: what becomes of what is kept;
-    parameters: names; numbers: function of their values, all entries of relations and places row by row, then instants.
-    """
-
-    rows: int
-    columns: int
-    of_new: tuple[int, int]
-    after: tuple[int, ...]
-    parameters: tuple[str, ...]
-    numbers: Callable[..., list[Any]]
-
-
-def turning_step(name: "str | Declaration") -> TurningStep:
-    """The equations of a step on a bar that turns, with rational numbers for irrational constants."""
-    from substep_derive.declare.catalogue import find  # noqa: PLC0415
-    from substep_derive.motion.turning import TurningStep as Derived  # noqa: PLC0415
-
-    found = Derived.of(find(name).in_doubles)
-    parameters = tuple(map(str, found.scheme.values))
-    return TurningStep(*found.relations.shape, found.of_new, found.after, parameters, found.numbers)
-
-
 def turning(name: "str | Declaration", **parameters: Any) -> "Turning":
     """What becomes of errors along a very stiff bar that turns: see `substep_derive.turning`."""
     from substep_derive import turning as of  # noqa: PLC0415

@@ -205,21 +205,38 @@ def local_error_module(scheme: "str | Declaration", given: Mapping[str, float], 
     return cached_module(f"local error {_scheme(scheme)} {sorted(given.items())} {damped}", text)
 
 
+def turning_step(scheme: "str | Declaration") -> ModuleType:
+    """The equations of a step on a stiff bar that turns: from the cache, or derived now.
+
+    Raises DeclarationError as `substep_derive.motion.turning.TurningStep.of`.
+    """
+
+    def text() -> str:
+        from substep_derive.declare.catalogue import find  # noqa: PLC0415
+        from substep_derive.emit.first_use import turning  # noqa: PLC0415
+
+        return turning(find(scheme))
+
+    return cached_module(f"turning {_scheme(scheme)}", text)
+
+
 def adaptive_pair(
-    scheme: "str | Declaration", scene: "str | SceneDeclaration", terms: Any, order: int, always: bool
-) -> ModuleType:
+    scheme: "str | Declaration", scene: "str | SceneDeclaration", terms: Any, order: int, always: bool,
+    threads: bool = False,
+) -> ModuleType:  # fmt: skip
     """Kernels of a scheme on a scene in steps of chosen length: from the cache, or printed now.
 
-    terms, order, always: of the local error's estimate, as `local_error_module` has them. Raises DeclarationError for a
-    scheme whose step cannot change.
+    terms, order, always: of the local error's estimate, as `local_error_module` has them. threads: whether for the
+    threads of a GPU. Raises DeclarationError for a scheme whose step cannot change.
     """
 
     def text() -> str:
         from substep_derive.emit.first_use import adaptive_pair as printed  # noqa: PLC0415
 
-        return printed(*_declared(scheme, scene), terms, order, always)
+        return printed(*_declared(scheme, scene), terms, order, always, threads)
 
-    return cached_module(f"adaptive {_scheme(scheme)} {_scene(scene)} {terms} {order} {always}", text)
+    layout = "adaptive threads" if threads else "adaptive"
+    return cached_module(f"{layout} {_scheme(scheme)} {_scene(scene)} {terms} {order} {always}", text)
 
 
 def _declared(scheme: "str | Declaration", scene: "str | SceneDeclaration") -> "tuple[Declaration, EquationsOfMotion]":

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..core.arrays import Array, named
 from ..core.coefficients import refuse_damping
+from ..core.device import Device, on
 from ..core.errors import called_as, damping_ratio, inside, number_or_row, real_number, unknown_name
 from ..core.loads import Record
 from ..core.schemes import Scheme
@@ -46,12 +47,13 @@ def incremental_dynamic_analysis(
     law: str = "bilinear",
     hardening: float = 0.0,
     unit: str | float | None = None,
+    device: Device = "cpu",
 ) -> Dataset:
     """The ductility that scaled ground motions demand of oscillators of given strength, and where these collapse.
 
     records (R): each as `substep.response_spectrum` takes it, with dt and unit where it has none. periods (P,) > 0 in
-    s; strength, m/s^2, a number or (P,): that at which each yields, per unit mass; law and hardening: as in
-    `substep.inelastic_spectrum`. intensity (I,) > 0: with measure="S_a" the elastic pseudo-acceleration, m/s^2, to
+    s; strength, m/s^2, a number or (P,): that at which each yields, per unit mass; law, hardening and device: as
+    in `substep.inelastic_spectrum`. intensity (I,) > 0: with measure="S_a" the elastic pseudo-acceleration, m/s^2, to
     which each record is scaled at each period; with "scale" factors of the records as they are. collapse: the ductility
     from which on an oscillator counts as collapsed.
 
@@ -87,17 +89,22 @@ def incremental_dynamic_analysis(
     bound = float(inside("collapse", real_number("collapse", collapse), 1.0, None, True, True))
     omega, count = 2.0 * np.pi / T, len(levels)
     S_a, scale, ductility = np.full((3, len(loads), len(T), count), np.nan)
-    for r, load in enumerate(loads):
-        elastic = omega**2 * peaks_at_samples(s, omega, np.full(len(T), float(damping)), load, errors=False).found[0]
-        with np.errstate(divide="ignore"):
-            scale[r] = levels if measure == "scale" else levels / elastic[:, None]
-        S_a[r] = elastic[:, None] * scale[r]
-        known = np.isfinite(elastic) & np.isfinite(scale[r]).all(axis=1)
-        weaker = np.broadcast_to(yields, T.shape)[known, None] / scale[r, known]  # as the record itself is not scaled
-        lanes_xi = np.full(weaker.size, float(damping))
-        o = Yielding(np.repeat(omega[known], count), lanes_xi, weaker.ravel(), alpha, law)
-        if known.any():
-            ductility[r, known] = (peaks(s, o, load) / o.yield_displacement).reshape(-1, count)
+    with on(device):
+        for r, load in enumerate(loads):
+            elastic = (
+                omega**2 * peaks_at_samples(s, omega, np.full(len(T), float(damping)), load, errors=False).found[0]
+            )
+            with np.errstate(divide="ignore"):
+                scale[r] = levels if measure == "scale" else levels / elastic[:, None]
+            S_a[r] = elastic[:, None] * scale[r]
+            known = np.isfinite(elastic) & np.isfinite(scale[r]).all(axis=1)
+            weaker = (
+                np.broadcast_to(yields, T.shape)[known, None] / scale[r, known]
+            )  # as the record itself is not scaled
+            lanes_xi = np.full(weaker.size, float(damping))
+            o = Yielding(np.repeat(omega[known], count), lanes_xi, weaker.ravel(), alpha, law)
+            if known.any():
+                ductility[r, known] = (peaks(s, o, load) / o.yield_displacement).reshape(-1, count)
     collapsed = ductility >= bound
     over = ("record", "period", "intensity")
     displacement = ductility * (yields / omega**2)[:, None]

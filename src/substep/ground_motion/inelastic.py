@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..core.arrays import Array, named
 from ..core.coefficients import refuse_damping
+from ..core.device import Device, on
 from ..core.errors import called_as, damping_ratio, inside, number_or_row, real_number, unknown_name
 from ..core.loads import Record
 from ..core.schemes import Scheme
@@ -49,15 +50,16 @@ def inelastic_spectrum(
     steps: int = 1,
     errors: bool = True,
     unit: str | float | None = None,
+    device: Device = "cpu",
 ) -> InelasticSpectrum:
     """What a ground motion demands of yielding oscillators: their strength, displacement, what remains and is lost.
 
     Per unit mass, u'' + 2 xi omega u' + q = -a_g from rest, omega = 2 pi/period, where the spring's force q has the
     initial stiffness omega^2 and yields at the strength A_y, m/s^2; after that its stiffness is hardening*omega^2.
-    record, dt, unit, scheme: as in `substep.response_spectrum`. periods (P,) > 0 in s. xi: one damping ratio, of the
-    initial stiffness. law: "bilinear" or "isotropic_bilinear", which unload with the initial stiffness, or "clough",
-    which reloads towards the largest displacement of each side. hardening: in [0, 1), 0 for elastic-perfectly plastic.
-    steps: of the scheme from sample to sample, equal ones.
+    record, dt, unit, scheme, device: as in `substep.response_spectrum`. periods (P,) > 0 in s. xi: one damping ratio,
+    of the initial stiffness. law: "bilinear" or "isotropic_bilinear", which unload with the initial stiffness, or
+    "clough", which reloads towards the largest displacement of each side. hardening: in [0, 1), 0 for elastic-perfectly
+    plastic. steps: of the scheme from sample to sample, equal ones.
 
     Constant is one of three, a number or a row (K,): ductility >= 1, the largest displacement over that of first yield,
     by default (1, 1.5, 2, 4, 8); strength > 0, A_y in m/s^2; R_y > 0, the strength that the oscillator would need to
@@ -100,8 +102,9 @@ def inelastic_spectrum(
     within = float(inside("tolerance", real_number("tolerance", tolerance), 0.0, 1.0, True, True))
     asked = Asked(load, s, float(damping), kept, values, law, alpha, within)
     omega = 2.0 * np.pi / T
-    found = strengths(asked, omega)
-    demand, halved = _demands(asked, omega, found, errors)
+    with on(device):
+        found = strengths(asked, omega)
+        demand, halved = _demands(asked, omega, found, errors)
     dims = (kept, "period")[-1 - values.ndim :]
 
     def variable(x: Array | NDArray[np.int64], long_name: str, units: str) -> Variable:

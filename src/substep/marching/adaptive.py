@@ -1,7 +1,6 @@
 """March in steps that are chosen from the estimated local error."""
 
 import math
-from collections.abc import Callable
 from functools import cache, partial
 from types import ModuleType
 from typing import Any
@@ -9,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core import device
 from ..core.arrays import Array
 from ..core.kernel_modules import printed
 from ..core.loads import ROUNDING, as_numbers, break_points
@@ -32,8 +32,13 @@ def adaptive_kernels(scene: Scene, scheme: Scheme) -> ModuleType:
 
     Raises ValueError for a scheme without an estimate of its local error, or whose step cannot change.
     """
+    return _kernels(*_of_kernels(scene, scheme))
+
+
+def _of_kernels(scene: Scene, scheme: Scheme) -> tuple[Any, Any, Any, int, bool]:
+    """What the kernels depend on."""
     error = scheme.local_error(scene.info.damped)
-    return _kernels(scheme.info.source, scene.info.source, error.terms, error.order, error.always)
+    return scheme.info.source, scene.info.source, error.terms, error.order, error.always
 
 
 @cache
@@ -52,10 +57,11 @@ def lanes_of(
     bound: Any = math.inf,
     rows: int = 0,
     start: State | None = None,
+    extremes: bool = False,
 ) -> dict[str, Any]:
     """The arguments of the kernel, by name, for P runs of one scene and scheme; rows: of the buffers without a grid.
 
-    start: where they go on from, in place of the scene's start.
+    start: where they go on from, in place of the scene's start. extremes: whether the largest moduli are looked for.
     """
     error, d = scheme.local_error(scene.info.damped), scene.u0.shape[-1]
     module = adaptive_kernels(scene, scheme)
@@ -95,53 +101,41 @@ def lanes_of(
         "control": np.zeros((P, module.CONTROL)),
         "counts": np.zeros((P, module.COUNTS), np.int64),
         "newton": np.zeros((P, 2, module.BALANCES), np.int64),
-        **_buffers(P, size, vectors.shape[1:], module.BALANCES, bool(grid.size)),
+        **_buffers(P, size, vectors.shape[1:], module.BALANCES, bool(grid.size), np.abs(vectors[:, : 3 * extremes])),
         "status": np.empty(P, np.int64),
     }
 
 
-def _buffers(P: int, rows: int, of_row: tuple[int, ...], balances: int, gridded: bool) -> dict[str, NDArray[Any]]:
+def _buffers(
+    P: int, rows: int, of_row: tuple[int, ...], balances: int, gridded: bool, largest: Array
+) -> dict[str, NDArray[Any]]:
     return {
         "times": np.empty((P, rows)),
         "out": np.empty((P, rows, *of_row)),
+        "extremes": largest,
         "iterations": np.zeros((P, 0 if gridded else rows, balances), np.int64),
     }
 
 
-RowReader = Callable[
-    [int, Array], None
-]  # takes rows (rows, 3 or more, d) of u, v, a and more of a lane, those not yet given to it
-
-
 def march_lanes_adaptive(
-    scene: Scene, scheme: Scheme, asked: Control, P: int, *, bound: float = math.inf,
-    reader: RowReader | None = None,
+    scene: Scene, scheme: Scheme, asked: Control, P: int, *, bound: float = math.inf, extremes: bool = False
 ) -> tuple[ModuleType, dict[str, Any]]:  # fmt: skip
     """P runs by threads, each with steps of its own; the kernels and their arguments by name.
 
     scene: parameters that are arrays are (P,). Rows are those of the grid, in `out`, NaN where a run did not reach it;
-    reader: without a grid, called by several threads at once with all rows of a lane, part by part.
+    extremes: whether the largest |u|, |v|, |a| of the steps are found, in `extremes` (P, 3, d).
     """
     module = adaptive_kernels(scene, scheme)
-    x = lanes_of(scene, scheme, asked, P, bound=bound, rows=ROWS if reader else 0)
-    shared = {name for name, value in x.items() if name in ("samples", "grid") or len(value) != P}
+    x = lanes_of(scene, scheme, asked, P, bound=bound, extremes=extremes)
     if asked.grid is not None:
         x["out"][:] = np.nan
+    if device.is_on():
+        device.adaptive_march(*_of_kernels(scene, scheme), tuple(x))(*x.values())
+        return module, x
+    shared = {name for name, value in x.items() if name in device.SHARED or len(value) != P}
 
     def part(first: int, last: int) -> None:
-        own = {name: value if name in shared else value[first:last] for name, value in x.items()}
-        module.march(*own.values())
-        if reader is None:
-            return
-        for k in range(last - first):
-            lane = {name: value if name in shared else value[k : k + 1] for name, value in own.items()}
-            while True:
-                n = lane["counts"][0, module.ROWS]
-                reader(first + k, lane["out"][0, :n])
-                if lane["status"][0] != FULL:
-                    break
-                lane["counts"][0, module.ROWS] = 0
-                module.march(*lane.values())
+        module.march(*(value if name in shared else value[first:last] for name, value in x.items()))
 
     spread(part, P, 1, nanoseconds=P * NANOSECONDS)
     return module, x
@@ -168,7 +162,7 @@ def march_adaptive(
         if x["status"][0] != FULL:
             break
         counts[module.ROWS] = 0
-        x |= _buffers(1, 2 * x["times"].shape[1], x["here"].shape[1:], module.BALANCES, gridded)
+        x |= _buffers(1, 2 * x["times"].shape[1], x["here"].shape[1:], module.BALANCES, gridded, x["extremes"])
     times, out, iterations = kept[0] if len(kept) == 1 else (np.concatenate(part) for part in zip(*kept, strict=True))
     status: str = STATUSES[int(x["status"][0])]
     number, made = control.tolist(), counts.tolist()

@@ -25,6 +25,7 @@ FEW = 16  # fewer lanes march one by one: in a block all lanes wait for the one 
 LEAST = 64  # lanes of a thread's part, a block: with fewer the processor waits for the results of an iteration
 TOLERANCE = 1e-12  # Newton's iteration ends at a correction of u smaller than this times the scene's length
 NEAR = 1 << 17  # numbers of histories that are read as soon as they are written, from the second cache
+ON_DEVICE = 1 << 27  # the same for those that a GPU writes, from the memory of the CPU
 
 # takes of some lanes the rows (lanes, steps // stride + 1, 2 or 3, d) and what laws remember (lanes, the same, k), both
 # NaN after the last step completed
@@ -308,7 +309,8 @@ def _run(
     def part_read(first: int, last: int) -> None:
         assert reader is not None
         early, place = arrays["out"], module.ARGUMENTS.index("out")
-        together = min(last - first, least * max(1, NEAR // (least * rows * math.prod(early.shape[2:]))))
+        block, near = (least, NEAR) if threads is None else (1, ON_DEVICE)
+        together = min(last - first, block * max(1, near // (block * rows * math.prod(early.shape[2:]))))
         room = np.empty((together, rows, *early.shape[2:]))
         for begin in range(first, last, together):
             chosen = slice(begin, min(begin + together, last))

@@ -1,6 +1,9 @@
 """What a scheme makes of errors along a stiff bar that turns: see `substep_derive.motion.turning`."""
 
 from dataclasses import dataclass
+from functools import cache
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -8,8 +11,8 @@ from numpy.typing import ArrayLike
 from ..core.arrays import Array
 from ..core.scenes import Scene
 from ..core.schemes import Scheme
-from ..derived import facade
-from ..derived.facade import TurningStep
+from ..derived.modules import turning_step
+from ..marching.scene_lanes import TOLERANCE
 
 SLOW = 2  # eigenvalues of the motion across the bar, which are the nearest to 1
 LEAST = 1e-200  # of a determinant: a smaller one is that of an explicit scheme on a rigid bar
@@ -49,7 +52,7 @@ def growth(s: Scheme, Omega: ArrayLike, tau: ArrayLike) -> Array:
     stiff, turn, *values = (np.asarray(x, dtype=float).ravel() for x in every)
     if not ((stiff > 0.0).all() and np.isfinite(turn).all()):
         raise ValueError(f"expected Omega > 0, inf for a rigid bar, and a finite tau in rad, got {Omega!r} and {tau!r}")
-    J = _matrices(facade.turning_step(s.info.source), stiff, turn, dict(zip(s.parameters, values, strict=True)))
+    J = _matrices(_step(s.info.source), stiff, turn, dict(zip(s.parameters, values, strict=True)))
     found = np.full(len(stiff), np.inf)
     known = np.isfinite(J).all(axis=(1, 2))
     eigenvalues = np.linalg.eigvals(J[known])
@@ -58,20 +61,52 @@ def growth(s: Scheme, Omega: ArrayLike, tau: ArrayLike) -> Array:
     return found.reshape(every[0].shape)
 
 
+def is_elastic_pendulum(scene: Scene) -> bool:
+    """Whether it is that scene of the catalogue, by either strain."""
+    return scene.info.declaration is None and scene.name.startswith("elastic_pendulum")
+
+
+def outgrows(s: Scheme, pendulum: Scene, u: Array, v: Array, h: float, steps: int) -> bool:
+    """Whether in that many steps h errors along the bar of an elastic pendulum outgrow the motion.
+
+    They grow from what Newton's iteration leaves to a stretch that stores as much energy as the motion has; what the
+    step's own error adds to them makes that sooner. u, v (n, 2): the motion at equal times of the span, from which the
+    bar's turning follows. False also where nothing is predicted: the bar turns by more than `FARTHEST` in a step, or
+    the scheme is one that `growth` refuses.
+    """
+    bar, rate = bar_of(pendulum), (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / (u * u).sum(axis=1)
+    tau = np.abs(rate) * h
+    if tau.max() > FARTHEST:
+        return False
+    try:
+        factors = growth(s, bar.omega * h, tau)
+    except ValueError:
+        return False
+    m, L = pendulum.parameters["m"], pendulum.length
+    stretch = np.sqrt((v * v).sum(axis=1).max() * m * L / pendulum.parameters["EA"])  # its energy is m v^2/2
+    with np.errstate(divide="ignore"):
+        return bool(steps * np.log(factors).mean() > np.log(stretch / (TOLERANCE * L)))
+
+
 def first_growth(s: Scheme, bar: StiffBar, h: Array) -> float:
     """The first of the ascending steps h, s, with which errors along the bar grow; inf if none."""
     grows = growth(s, bar.omega * h, bar.rate * h) > 1.0 + CLOSE
     return float(h[grows.argmax()]) if grows.any() else float("inf")
 
 
-def _matrices(step: TurningStep, Omega: Array, tau: Array, values: dict[str, Array]) -> Array:
+@cache
+def _step(scheme: Any) -> ModuleType:
+    return turning_step(scheme)
+
+
+def _matrices(step: ModuleType, Omega: Array, tau: Array, values: dict[str, Array]) -> Array:
     """What a step multiplies errors by, (P, m, m), as seen from the bar before it and after it; NaN if not determined.
 
     Symbols of the step stand in the plane in the directions along and across the bar at t_n, forces in those at their
     own instants.
     """
     relations, places, instants = _numbers(step, values, len(Omega))
-    (new, forces), n = step.of_new, relations.shape[2]
+    (new, forces), n = step.OF_NEW, relations.shape[2]
     old = new + forces
     of_force = [*range(new, old), *range(n - (instants.shape[1] - forces), n)]
     angle = np.zeros((len(Omega), n))
@@ -88,10 +123,10 @@ def _matrices(step: TurningStep, Omega: Array, tau: Array, values: dict[str, Arr
     X, largest = np.full(B.shape, np.nan), np.abs(A).max(axis=2, keepdims=True)
     regular = np.abs(np.linalg.det(A / np.where(largest > 0.0, largest, 1.0))) > LEAST
     X[regular] = -np.linalg.solve(A[regular], B[regular])
-    unit = np.broadcast_to(np.eye(len(step.after)), (len(Omega), *2 * (len(step.after),)))
+    unit = np.broadcast_to(np.eye(len(step.AFTER)), (len(Omega), *2 * (len(step.AFTER),)))
     whole = np.concatenate([X, _turned(unit, np.zeros((1, 1, 1)))], axis=1)
-    back = np.array([0.0 if column in of_force else -1.0 for column in step.after])
-    kept = [2 * column + i for column in step.after for i in (0, 1)]
+    back = np.array([0.0 if column in of_force else -1.0 for column in step.AFTER])
+    kept = [2 * column + i for column in step.AFTER for i in (0, 1)]
     return _turned(unit, tau[:, None, None] * back) @ whole[:, kept]
 
 
@@ -102,10 +137,10 @@ def _turned(numbers: Array, angle: Array) -> Array:
     return np.stack([np.stack([cosine, -sine], -1), np.stack([sine, cosine], -1)], 2).reshape(P, 2 * i, 2 * j)
 
 
-def _numbers(step: TurningStep, values: dict[str, Array], P: int) -> tuple[Array, Array, Array]:
+def _numbers(step: ModuleType, values: dict[str, Array], P: int) -> tuple[Array, Array, Array]:
     """Relations, places and instants with the parameters' values, with an axis (P,) in front."""
-    entries = step.numbers(*(values[name] for name in step.parameters))
+    entries = step.numbers(*(values[name] for name in step.PARAMETERS))
     flat = np.stack([np.broadcast_to(np.asarray(x, dtype=float), P) for x in entries], axis=1)
-    ends = np.array([step.rows, step.rows + step.of_new[1]]) * step.columns
+    ends = np.array([step.ROWS, step.ROWS + step.OF_NEW[1]]) * step.COLUMNS
     relations, places, instants = np.split(flat, ends, axis=1)
-    return relations.reshape(P, -1, step.columns), places.reshape(P, -1, step.columns), instants
+    return relations.reshape(P, -1, step.COLUMNS), places.reshape(P, -1, step.COLUMNS), instants

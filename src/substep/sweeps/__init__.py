@@ -86,7 +86,7 @@ def sweep(
     save: a folder for a Zarr store (the extra `save`), which is written chunk by chunk and read from when the Dataset
     is used; the same call again goes on where it was stopped, even by a kill. client: a dask.distributed client, whose
     workers take the chunks. device: "cuda" for the threads of a GPU, a run each, "auto" for a GPU if there is one and
-    it can take the runs, which it cannot with tol or of a structure; with client, the device of each worker. Results
+    it can take the runs, which it cannot of a structure; with client, the device of each worker. Results
     are those of the CPU up to rounding, or the tolerance of Newton's iteration. workers: the most cores that this
     process uses, by threads; by default all. progress: a bar on the terminal once it has taken a second. Ctrl-C returns
     what is done, with attrs["interrupted"] = 1.

@@ -113,20 +113,13 @@ def _chosen(plan: SweepPlan, scene: Scene, scheme: Scheme, tol: Any, P: int) -> 
     more = {name: value for name, value in plan.chosen.items() if name != "grid"}
     one = Control.of(1.0, float(np.max(tol)), plan.t_end, **more, grid=grid)
     asked = one.over(scene.length, tol, {*more})
-    starts = np.stack([np.broadcast_to(x, (P, x.shape[-1])) for x in (scene.u0, scene.v0, scene.a0)], axis=1)
-    peaks = np.abs(starts)
-
-    def largest(lane: int, rows: Array) -> None:
-        if len(rows):
-            peaks[lane] = np.fmax(peaks[lane], np.abs(rows[:, :3]).max(axis=0))
-
-    reader = largest if plan.keep == "peak" else None
-    module, x = march_lanes_adaptive(scene, scheme, asked, P, bound=plan.bound, reader=reader)
+    peak = plan.keep == "peak"
+    module, x = march_lanes_adaptive(scene, scheme, asked, P, bound=plan.bound, extremes=peak)
     counts, control, status = x["counts"], x["control"], x["status"]
-    if plan.keep == "peak":
+    if peak:
         memory = np.broadcast_to(scene.memory0, (P, k)) if (k := len(scene.info.memory)) else None
-        start = scene.energy(np.zeros(P), *(np.ascontiguousarray(starts[:, k]) for k in (0, 1)), memory)
-        found = {f"peak_{name}": peaks[:, k] for k, name in enumerate("uva")}
+        start = scene.energy(np.zeros(P), *(np.broadcast_to(x, (P, x.shape[-1])) for x in (scene.u0, scene.v0)), memory)
+        found = {f"peak_{name}": x["extremes"][:, k] for k, name in enumerate("uva")}
         found["peak_energy"] = np.fmax(control[:, module.PEAK], start)
     else:
         out = x["out"]

@@ -225,10 +225,6 @@ def planned(
         load = replace(load, **own)  # type: ignore[type-var]
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
     samples = int(samples) if isinstance(samples, np.integer) else samples
-    if dt is None:
-        if device == "cuda":
-            raise ValueError("expected device='cpu' where runs choose their steps, got 'cuda'; give dt in place of tol")
-        device = "cpu"
     plan = ScenePlan(
         **vars(request), samples=samples, bound=bound, device=device, scene=of_scene.source, a0=a0, load=load
     )

@@ -1,12 +1,18 @@
 """The fixed text of the module that marches a scheme on a scene in steps of chosen length; every {field} is filled."""
 
+IMPORTS = """import numpy as np
+from numba import njit"""
+
+IMPORTS_OF_DEVICE = """import math
+
+from numba import cuda"""
+
 ADAPTIVE_HEADER = '''"""{scheme} on {scene}: steps that are chosen from the estimated local error.
 
 {errors}
 """
 
-import numpy as np
-from numba import njit
+{imports}
 
 SCHEME = "{scheme}"
 SCENE = "{scene}"
@@ -43,21 +49,20 @@ FIRST = '''
 def _first(numbers, start, t, load, samples, middle):
     """Length of a step of which nothing is known before it; start: u, v, a at t. And the speed that it is scaled by."""
 {numbers}
-    size = np.empty((3, start.shape[1]))
 {first}
-    fast = _fastest(start, size[0], length)
-    u_scale = atol_u + rtol * np.abs(start[0]) + 1e-300
-    v_scale = atol_v + share_v * fast + rtol * np.abs(start[1]) + 1e-300
-    trial, d1 = _trial(start, size[0], u_scale, v_scale, t_end)
-    size[1] = start[0] + trial * start[1]
-    size[2] = start[1] + trial * size[0]
+    fast = max({fastest}, np.sqrt(length * {steepest}))
+{scales}
+    d0 = {d0}
+    d1 = {d1}
+    trial = _trial(d0, d1, t_end)
+{moved}
     t += trial
 {second}
     if fast == 0.0:  # complete rest: only the load tells how fast the motion will be
-        fast = np.sqrt(length * np.abs(size[1]).max())
-        v_scale = v_scale + share_v * fast
-    found = _first_length(size[2] - start[1], size[1] - size[0], u_scale, v_scale, trial, d1, power, t_end)
-    return found, fast
+        fast = np.sqrt(length * {moving})
+{more}
+    d2 = {d2} / trial
+    return _first_length(d1, d2, trial, power, t_end), fast
 '''
 
 HALVES = '''
@@ -101,14 +106,24 @@ AGAIN = """            middle = 0.5 * (targets[at] + targets[at + 1])
 ADAPTIVE_LANE = '''
 
 @_inner
-def _lane(numbers, start, load, samples, targets, grid, state, here, control, counts, newton, times, out, iterations):
+def _copy(rows, to):
+    """Store rows in others."""
+    for k in range(rows.shape[0]):
+        for i in range(rows.shape[1]):
+            to[k, i] = rows[k, i]
+
+
+@_inner
+def _lane(
+    numbers, start, load, samples, targets, grid, state, here, control, counts, newton, times, out, extremes, iterations
+):
     """March one lane until it ends or its rows are full; returns its status."""
 {numbers}
 {initial}
 {once}
     if counts[BEGUN] == 0:
         counts[BEGUN] = 1
-        here[:] = start
+        _copy(start, here)
         middle = 0.5 * (t_begin + targets[0])
 {begin}
         control[TIME], control[LAST], control[PEAK], control[SMALLEST] = t_begin, np.nan, -np.inf, np.inf
@@ -119,10 +134,10 @@ def _lane(numbers, start, load, samples, targets, grid, state, here, control, co
         control[BASE] = control[HELD] = control[PROPOSED]
         if times.size > 0 and grid.size == 0:
             times[0], counts[ROWS] = t_begin, 1
-            out[0] = start
+            _copy(start, out[0])
         while counts[GRID] < grid.size and grid[counts[GRID]] <= t_begin:
             times[counts[GRID]] = t_begin
-            out[counts[GRID]] = start
+            _copy(start, out[counts[GRID]])
             counts[GRID] += 1
 {read_state}
 {first_old}
@@ -177,7 +192,9 @@ def _lane(numbers, start, load, samples, targets, grid, state, here, control, co
 {remember}
 {shift}
         t = end
-{jump}        if row < times.size and grid.size == 0:
+{jump}        if extremes.shape[0] > 0:
+{extremes}
+        if row < times.size and grid.size == 0:
             times[row] = t
 {store}
             row += 1
@@ -208,7 +225,8 @@ ADAPTIVE_MARCH = '''
 
 @_compile
 def march(
-    numbers, start, load, samples, targets, grid, state, here, control, counts, newton, times, out, iterations, status
+    numbers, start, load, samples, targets, grid, state, here, control, counts, newton, times, out, extremes,
+    iterations, status,
 ):
     """March every lane in steps of chosen length until t_end, a failure, or full rows; call again to go on.
 
@@ -217,15 +235,34 @@ def march(
     wanted, none for a row at the start and after each step. counts[:, BEGUN] = 0 begins a run. state (lanes, STATE,
     {d}), here (lanes, {rows}, {d}): the state, and u, v, a, at the time control[:, TIME]; where a run has failed,
     control[:, PROPOSED] is the length of the step that did. newton (lanes, 2, balances): iterations of the accepted
-    steps, their sum and the most in one. times (lanes, rows) and out (lanes, rows, {rows}, {d}): u, v, a, and what laws
-    remember; no rows for none; iterations (lanes, rows, balances). A step is accepted if the root of the mean square of
-    the estimated errors over their scales, atol + rtol*|.|, is at most 1; the scale of v has share_v times the largest
-    |v| so far besides.
+    steps, their sum and the most in one. times (lanes, rows) and out (lanes, rows, {rows}, {d}): u, v, a, and what
+    laws remember; no rows for none; extremes (lanes, 3 or 0, {d}): the largest |u|, |v|, |a| so far; iterations
+    (lanes, rows, balances). A step is accepted if the root of the mean square of the estimated errors over their
+    scales, atol + rtol*|.|, is at most 1; the scale of v has share_v times the largest |v| so far besides.
     """
     for k in range(numbers.shape[0]):
         status[k] = _lane(
             numbers[k], start[k], load[k % load.shape[0]], samples, targets[k % targets.shape[0]], grid, state[k],
-            here[k], control[k], counts[k], newton[k], times[k], out[k], iterations[k],
+            here[k], control[k], counts[k], newton[k], times[k], out[k], extremes[k],
+            iterations[k],
+        )
+'''
+
+# the arguments of a thread are those of a lane
+ADAPTIVE_THREADS = '''
+
+@_compile
+def march(
+    numbers, start, load, samples, targets, grid, state, here, control, counts, newton, times, out, extremes,
+    iterations, status,
+):
+    """March every lane, with the arguments of `march` in the module for a CPU; `iterations` has no rows."""
+    k = cuda.grid(1)
+    if k < status.size:
+        status[k] = _lane(
+            numbers[k], start[k], load[k % load.shape[0]], samples, targets[k % targets.shape[0]], grid, state[k],
+            here[k], control[k], counts[k], newton[k], times[k], out[k], extremes[k],
+            iterations[k],
         )
 '''
 

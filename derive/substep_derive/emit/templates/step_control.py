@@ -108,28 +108,18 @@ def _next(h, proposed, size, before, last, low, rung, power, measured):
 
 
 @_inner
-def _fastest(start, a, length):
-    """The speed that errors of v are scaled by at first; start: u, v, a; a: from the equation of motion."""
-    fast = np.abs(start[1]).max()
-    return max(fast, np.sqrt(length * max(np.abs(start[2]).max(), np.abs(a).max())))
-
-
-@_inner
-def _trial(start, a, u_scale, v_scale, t_end):
-    """Length of a first trial, and the motion's change a second over its scales.
+def _trial(d0, d1, t_end):
+    """Length of a first trial; d0, d1: root mean squares of the motion, and of its slopes, over the scales of errors.
 
     Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), II.4.
     """
-    d0 = np.sqrt(np.mean((start[0] / u_scale) ** 2 + (start[1] / v_scale) ** 2))
-    d1 = np.sqrt(np.mean((start[1] / u_scale) ** 2 + (a / v_scale) ** 2))
     trial = 0.01 * d0 / d1 if d0 > 1e-5 and d1 > 1e-5 else 1e-6 * t_end
-    return min(trial, t_end), d1
+    return min(trial, t_end)
 
 
 @_inner
-def _first_length(change_u, change_v, u_scale, v_scale, trial, d1, power, t_end):
-    """Length of a step of which nothing is known before it; changes of v and a, u's and v's slopes, over a trial."""
-    d2 = np.sqrt(np.mean((change_u / u_scale) ** 2 + (change_v / v_scale) ** 2)) / trial
+def _first_length(d1, d2, trial, power, t_end):
+    """Length of a step of which nothing is known before it; d2: as d1, of the change of the slopes over the trial."""
     steepest = max(d1, d2)
     found = (0.01 / steepest) ** (2.0 * power) if steepest > 1e-15 else max(1e-6 * t_end, 1e-3 * trial)
     return min(100.0 * trial, found)

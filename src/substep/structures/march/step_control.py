@@ -150,15 +150,17 @@ class ChosenSteps:
         """Length of a step of which nothing is known before it, from the motion's first derivatives."""
         control, scales, (u, v, own) = step_control(), self.scales, self.here
         a = self.forces.acceleration(self.t, self.middle, u, v, self.memory)
-        brief = np.array([[rms(u)], [rms(v)], [rms(own)]])
-        scales.largest[1] = max(scales.largest[1], float(control._fastest(brief, np.array([rms(a)]), self.length)))
+        fastest = max(rms(v), math.sqrt(self.length * max(rms(own), rms(a))))
+        scales.largest[1] = max(scales.largest[1], fastest)
         of_u, of_v = scales.of(0, u, u), scales.of(1, v, v)
-        trial, d1 = control._trial(self.here, a, of_u, of_v, self.t_end)
+        d0, d1 = (math.sqrt(float(np.mean((x / of_u) ** 2 + (y / of_v) ** 2))) for x, y in ((u, v), (v, a)))
+        trial = control._trial(d0, d1, self.t_end)
         then = self.forces.acceleration(self.t + trial, self.middle, u + trial * v, v + trial * a, self.memory)
         if scales.largest[1] == 0.0:  # complete rest: only the load tells how fast the motion will be
             scales.largest[1] = math.sqrt(self.length * rms(then))
             of_v = scales.of(1, v, v)
-        return float(control._first_length(trial * a, then - a, of_u, of_v, trial, d1, self.power, self.t_end))
+        d2 = math.sqrt(float(np.mean((trial * a / of_u) ** 2 + ((then - a) / of_v) ** 2))) / trial
+        return float(control._first_length(d1, d2, trial, self.power, self.t_end))
 
     def _adapt(self, h: float) -> None:
         """Bring an acceleration in the state that depends on the length of its step from that to this one."""

@@ -16,8 +16,10 @@ from ...core.scenes import scene as make_scene
 from ...core.schemes import Scheme, scheme, schemes
 from ...core.style import COLOURS, REFERENCE, look, name_curves, styled
 from ...figures.charts import save
+from ...marching.scene_lanes import pair_kernels
 from ...run.clock import end_asked
 from ..step_counts import FINER, PHASES, SAMPLES, ladder
+from ..turning import is_elastic_pendulum, outgrows
 from .charts import SECTION
 from .measure import Run, measure, quantities, shared
 from .reference import MOST_STEPS, Reference, reference
@@ -59,12 +61,25 @@ class Candidate:
 
 
 @dataclass(frozen=True)
+class Unmade:
+    """A scheme and a number of steps with which its errors along a stiff bar outgrow the motion: predicted, not run.
+
+    operations: the fewest that the run would have taken.
+    """
+
+    model: Scene
+    scheme: Scheme
+    steps: int
+    operations: int
+
+
+@dataclass(frozen=True)
 class Choice:
     """best: the candidate of the fewest operations within the accuracy, None if none is; candidates: all tried.
 
     For every scheme and model, all constant steps of the ladder were tried with which a run costs less than the best
-    one; so were all tolerances of the schemes that chose their steps. interrupted: Ctrl-C ended the search before that,
-    so that something cheaper may have been left untried.
+    one, but for those `unmade`; so were all tolerances of the schemes that chose their steps. interrupted: Ctrl-C ended
+    the search before that, so that something cheaper may have been left untried.
     """
 
     quantity: str
@@ -73,6 +88,7 @@ class Choice:
     best: Candidate | None
     candidates: tuple[Candidate, ...]
     interrupted: bool = False
+    unmade: tuple[Unmade, ...] = ()
 
     @property
     def runner_up(self) -> Candidate | None:
@@ -127,13 +143,19 @@ class Choice:
         elif uneven:
             kind = f"chosen steps ({', '.join(uneven)})" if best.tol is None else "constant steps"
             lines.append(f"in {kind} nothing is as accurate for less")
+        if self.unmade:
+            names = dict.fromkeys(u.scheme.name for u in self.unmade)
+            lines.append(
+                f"not run: {len(self.unmade)} steps of {len(names)} schemes, with which errors along the stiff bar are "
+                "predicted to grow beyond the motion (substep.studies.turning)"
+            )
         lines.append(f"reference: {self.reference.source}")
         return "\n".join(lines)
 
 
 def rigid(scene: Scene) -> tuple[Scene, ...]:
     """The simpler model of an elastic pendulum: the same pendulum on a bar that cannot stretch."""
-    if scene.info.declaration is not None or not scene.name.startswith("elastic_pendulum"):
+    if not is_elastic_pendulum(scene):
         return ()
     return (make_scene("rigid_pendulum", **{name: scene.parameters[name] for name in ("L", "m", "v0")}),)
 
@@ -172,10 +194,12 @@ def choose(
     among: schemes to choose from, names or handles, by default all, each at its default parameters.
     chosen: those that are tried in steps that choose themselves too, besides constant ones; by default, on each model,
     the one that needs the least work in constant steps, since kernels have to be compiled for each.
-    Ctrl-C ends the search with the choice among what was tried, `interrupted`, or as KeyboardInterrupt if nothing was.
-    Raises ValueError for a quantity the scene does not have, an accuracy that is not positive, no schemes, a scheme of
-    `chosen` that cannot change its step, and a scene whose motion is neither known nor resolved by 4 million
-    Runge-Kutta steps.
+
+    Of an elastic pendulum, constant steps with which errors along the bar are predicted to outgrow the motion are not
+    run: `Choice.unmade`. Ctrl-C ends the search with the choice among what was tried, `interrupted`, or as
+    KeyboardInterrupt if nothing was. Raises ValueError for a quantity the scene does not have, an accuracy that is not
+    positive, no schemes, a scheme of `chosen` that cannot change its step, and a scene whose motion is neither known
+    nor resolved by 4 million Runge-Kutta steps.
     """
     accuracy, t_end = real_number("accuracy", accuracy, positive=True), end_asked(t_end)
     scene = make_scene(scene)
@@ -188,16 +212,17 @@ def choose(
     exact = sampled_reference(scene, t_end, accuracy / FINER, quantity)
     simple = rigid(scene) if simpler is None else simpler
     tried: list[Candidate] = []  # one by one, so that it holds what was tried if the search is interrupted
+    unmade: list[Unmade] = []
     interrupted = False
     try:
         for model in (scene, *(model for model in simple if quantity in shared(scene, model))):
             before = len(tried)
             steps = {s: _constant(exact, model, s) for s in methods}
-            tried.extend(_search(model, steps, quantity, accuracy, _limit(tried, accuracy)))
+            tried.extend(_search(model, steps, quantity, accuracy, _limit(tried, accuracy), unmade))
             constant = [(c.scheme, c.run) for c in tried[before:]]
             wanted = least(constant, model, quantity, accuracy) if uneven is None else uneven
             tolerances = {s: _chosen(exact, model, s) for s in wanted}
-            tried.extend(_search(model, tolerances, quantity, accuracy, _limit(tried, accuracy)))
+            tried.extend(_search(model, tolerances, quantity, accuracy, _limit(tried, accuracy), unmade))
     except KeyboardInterrupt:
         if not tried:
             raise
@@ -205,7 +230,7 @@ def choose(
     best = min((c for c in tried if c.error <= accuracy), key=_work, default=None)
     if best is not None and not interrupted:
         best = replace(best, run=_repeated(exact, best))
-    return Choice(quantity, accuracy, exact, best, tuple(tried), interrupted)
+    return Choice(quantity, accuracy, exact, best, tuple(tried), interrupted, tuple(unmade))
 
 
 def _work(candidate: Candidate) -> int:
@@ -217,9 +242,14 @@ def _limit(tried: Sequence[Candidate], accuracy: float) -> float:
     return min((_work(c) for c in tried if c.error <= accuracy), default=MOST_OPERATIONS)
 
 
-def _constant(exact: Reference, model: Scene, s: Scheme) -> Iterator[Run]:
-    """Runs in finer and finer constant steps."""
-    return (measure(exact, s, steps, 0, model) for steps in ladder(len(exact.t) - 1))
+def _constant(exact: Reference, model: Scene, s: Scheme) -> Iterator[Run | Unmade]:
+    """Runs in finer and finer constant steps, but for those predicted to fail."""
+    stiff = model is exact.scene and is_elastic_pendulum(model)
+    for steps in ladder(len(exact.t) - 1):
+        if stiff and outgrows(s, model, exact.u, exact.v, float(exact.t[-1]) / steps, steps):
+            yield Unmade(model, s, steps, pair_kernels(model, s).OPERATIONS["step"] * steps)
+        else:
+            yield measure(exact, s, steps, 0, model)
 
 
 def _chosen(exact: Reference, model: Scene, s: Scheme) -> Iterator[Run]:
@@ -236,14 +266,15 @@ def _repeated(exact: Reference, best: Candidate) -> Run:
 
 def _search(
     model: Scene,
-    ladders: Mapping[Scheme, Iterator[Run]],
+    ladders: Mapping[Scheme, Iterator[Run | Unmade]],
     quantity: str,
     accuracy: float,
     limit: float,
+    unmade: list[Unmade],
 ) -> Iterator[Candidate]:
     """Try the next finer run of the method whose last run was the cheapest, until all cost more than an accurate one.
 
-    limit: operations of a run that no candidate may exceed.
+    limit: operations of a run that no candidate may exceed. unmade: gets those that are not run.
     """
     methods = list(ladders)
     queue = [(0.0, i) for i in range(len(methods))]  # operations of the last run of a method, and its place
@@ -251,6 +282,10 @@ def _search(
         _, i = heappop(queue)
         run = next(ladders[methods[i]], None)
         if run is None:
+            continue
+        if isinstance(run, Unmade):
+            unmade.append(run)
+            heappush(queue, (run.operations, i))
             continue
         error = run.errors[quantity].maximum
         heappush(queue, (run.cost.operations, i))
