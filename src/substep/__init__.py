@@ -32,6 +32,7 @@ from .structures.structure import Modes, Structure, structure
 from .studies.choosing import choose
 from .studies.energy_drift import EnergyDrift, energy_drift
 from .sweeps import sweep
+from .sweeps.uncertain import sobol_indices, uncertainty
 
 if TYPE_CHECKING:  # what extras/ brings; here for type checkers alone
     from substep_audit.claims import Claims
@@ -97,9 +98,11 @@ __all__ = [
     "scheme",
     "schemes",
     "shear_building",
+    "sobol_indices",
     "spectrum_beside_history",
     "structure",
     "sweep",
+    "uncertainty",
 ]
 if TYPE_CHECKING:
     __all__ += ["Claims", "Integrator", "Program", "Stepper", "audit", "dialect", "emit", "scheme_of"]

@@ -5,9 +5,11 @@ import math
 import sys
 import warnings
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from difflib import get_close_matches
 from functools import wraps
 from importlib import import_module
+from operator import index
 from types import ModuleType
 from typing import Any, ParamSpec, TypeVar, cast
 
@@ -195,6 +197,15 @@ def real_number(name: str, value: Any, *, positive: bool = False) -> float:
     if positive and array <= 0:
         raise ValueError(f"expected {name} > 0, got {float(array)}; give a positive value")
     return float(array)
+
+
+def whole(name: str, value: Any, least: int, of: str, cure: str) -> int:
+    """The value as a whole number, else a ValueError: also for one below the least. of: what it counts, or nothing."""
+    with suppress(TypeError):
+        if not isinstance(value, bool) and index(value) >= least:
+            return index(value)
+    counted = f" of {of}" if of else ""
+    raise ValueError(f"expected {name} to be a whole number{counted} >= {least}, got {value!r}; {cure}")
 
 
 def number_or_row(name: str, value: ArrayLike) -> NDArray[np.float64]:

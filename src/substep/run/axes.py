@@ -1,6 +1,6 @@
 """What a sweep is asked for, of a scene or of a structure: its axes, the values of parameters, the step and the end."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, get_args
@@ -21,18 +21,24 @@ Keep = Literal["final", "peak", "history"]
 Owner = Literal["step", "scheme", "scene", "load"]
 # names in the Dataset that an axis cannot have
 RESERVED = {"t", "coordinate", "balance", "u", "v", "a", "energy", "peak_u", "peak_v", "peak_a", "peak_energy"} | {
-    "status", "n_done", "newton_iterations", "newton_most", "accepted", "rejected", "t_failed"
+    "status", "n_done", "newton_iterations", "newton_most", "accepted", "rejected", "t_failed", "draw", "replicate"
 }  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """A dimension: its name in the Dataset, whose parameter it is, the parameter's own name, and its values (n,)."""
+    """A parameter that varies: its name in the Dataset, whose it is, its own name, its values (n,), along a dimension.
+
+    Axes with one dimension `dim` vary together along it; most have a dimension to themselves, of their own name. attrs:
+    what is said of the values besides their unit and meaning.
+    """
 
     name: str
     owner: Owner
     key: str
     values: Array
+    dim: str
+    attrs: Mapping[str, Any]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -74,7 +80,7 @@ class Asked:
 def asked(
     scheme: "Scheme | str | Declaration", dt: ArrayLike | None, tol: ArrayLike | None, t_end: Any, keep: Any,
     values: Mapping[str, Any], owned: Mapping[Owner, Sequence[str]], of_scene: Mapping[str, Any], others: str,
-    reserved: Collection[str],
+    reserved: Set[str],
 ) -> Asked:  # fmt: skip
     """The request of a sweep, checked.
 
@@ -110,13 +116,29 @@ def asked(
             continue
         if owner == "step":
             inside(name, array, 0.0, None, True, True)
-        axes.append(Axis(name, owner, key, array.copy()))
+        (dim,) = getattr(value, "dims", (name,))
+        axes.append(Axis(name, owner, key, array.copy(), str(dim), dict(getattr(value, "attrs", {}))))
+    _require_together(axes, reserved - {"draw"})
     for owner, of_handle in handles.items():
         given[owner] = {**of_handle, **given[owner]}
     if keep not in get_args(Keep):
         raise unknown_name("keep", str(keep), get_args(Keep))
     end = end_asked(t_end)
     return Asked(scheme=info.source, axes=tuple(axes), given=given, chosen=chosen, t_end=end, keep=keep)
+
+
+def _require_together(axes: Sequence[Axis], reserved: Set[str]) -> None:
+    """Raise ValueError for a dimension that has another length, or another meaning in the Dataset."""
+    lengths: dict[str, tuple[int, str]] = {}
+    for axis in axes:
+        n, first = lengths.setdefault(axis.dim, (len(axis.values), axis.name))
+        if len(axis.values) != n:
+            raise ValueError(
+                f"expected as many values of {axis.name} as of {first} along {axis.dim}, {n}, got {len(axis.values)}; "
+                "what varies along one dimension varies together"
+            )
+        if axis.dim in reserved or any(other.name == axis.dim != other.dim for other in axes):
+            raise ValueError(f"expected another dimension of {axis.name} than {axis.dim}, which is taken; rename it")
 
 
 def _require_made(scheme: Scheme) -> None:

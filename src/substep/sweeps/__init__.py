@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator, Mapping, Sequence
-from contextlib import closing, suppress
-from operator import index
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -14,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..core.arrays import Array, named
 from ..core.device import Device, found, on
-from ..core.errors import called_as
+from ..core.errors import called_as, whole
 from ..core.loads import Load
 from ..core.memory import require_memory
 from ..core.progress import shown
@@ -25,6 +24,7 @@ from ..marching.run import require_in_order
 from ..run.axes import Keep
 from ..structures.structure import Modes, Structure
 from .cluster import run_on
+from .draws import drawn, is_distribution, require_drawable
 from .scene_plan import planned
 from .store import Store
 from .structure_plan import planned_structure
@@ -47,6 +47,7 @@ def sweep(
     tol: ArrayLike | None = None,
     keep: Keep = "final",
     samples: int | None = None,
+    seed: int = 0,
     energy_bound: float | None = None,
     a0: ArrayLike | str | None = None,
     load: Load | Sequence[Any] | None = None,
@@ -72,6 +73,13 @@ def sweep(
     scheme_gamma, scene_omega, load_omega; any other may have it. a0 and load, and strain of elastic_pendulum, are
     those of `substep.scene`, for a scene that is not a handle.
 
+    An uncertain parameter is a distribution of `scipy.stats` with its parameters, such as scipy.stats.norm(1.0, 0.1):
+    all of a call are drawn together, with samples=N points along one dimension "draw", the last, whose coordinates are
+    the values drawn, by the parameters' names. Points are those of Sobol' in `replicate`s, each scrambled by itself
+    from the seed, the same in every call; `substep.uncertainty` takes means and their standard errors. Values that you
+    draw yourself, correlated ones too, are one-dimensional xarray.DataArrays: those with the same dimension vary
+    together along it.
+
     keep: "final", u, v, a and energy at t_end; "peak", the largest |u|, |v|, |a| of each coordinate from t = 0 on as
     peak_u, peak_v, peak_a, and peak_energy of a scene that is not a linear oscillator; "history", u, v, a and energy at
     every step, or, with samples=N, at the ends of N equal intervals. Several dt need samples, and N has to divide every
@@ -92,10 +100,10 @@ def sweep(
     what is done, with attrs["interrupted"] = 1.
 
     Raises ValueError, before anything is run, for names and values that do not fit, for both or neither of dt and tol,
-    for a scheme that cannot change its step where steps are chosen, for t_end that is not a multiple of every dt, and
-    for a save that holds another sweep; ImportError for save where zarr is not installed, and for device="cuda" where
-    numba has no CUDA; RuntimeError where there is no such device. If running raises, the exception's `dataset` is what
-    was done.
+    for a scheme that cannot change its step where steps are chosen, for draws outside of what a parameter allows, for
+    t_end that is not a multiple of every dt, and for a save that holds another sweep; ImportError for save where zarr
+    is not installed, and for device="cuda" where numba has no CUDA; RuntimeError where there is no such device. If
+    running raises, the exception's `dataset` is what was done.
 
     >>> ds = ss.sweep("linear_oscillator", "newmark", omega=[1.0, 2.0], dt=[0.1, 0.2, 0.5], t_end=1.0)
     >>> dict(ds.u.sizes)
@@ -106,9 +114,14 @@ def sweep(
             "expected a scene or a structure to sweep, got modes; sweep their structure, or march modes one by one"
         )
     require_in_order("sweep", scene, scheme)
+    replicate: xarray.Variable | None = None
+    if any(map(is_distribution, axes.values())) or is_distribution(dt) or is_distribution(tol):
+        require_drawable(isinstance(scene, Structure | list | tuple), dt=dt, tol=tol, keep=keep)
+        axes, replicate = drawn(axes, samples, seed)
+        samples = None
     shared: dict[str, Any] = {"dt": dt, "tol": tol, "t_end": t_end, "keep": keep, "samples": samples}
     shared |= {"energy_bound": energy_bound, "a0": a0, "load": load, "device": device}
-    cores = _workers(workers)
+    cores = None if workers is None else whole("workers", workers, 1, "cores", "leave it out for all")
     if client is None:
         found(device)
     if isinstance(scene, Structure | list | tuple):
@@ -119,6 +132,9 @@ def sweep(
     if save is None:
         _require_room(variables, plan.shape)
     shell, piece = plan.template(), plan.piece(client is not None)
+    if replicate is not None:
+        shell = shell.assign_coords(replicate=replicate)  # pyright: ignore[reportUnknownMemberType]
+        shell = shell.assign_attrs(replicate.attrs)
     store = None if save is None else Store(Path(save), plan, shell, piece)
     targets = _targets(variables, plan.shape) if store is None else store.targets
     todo = plan.chunks(piece if store is None else store.piece)
@@ -165,16 +181,6 @@ def _targets(variables: Mapping[str, Variable], shape: tuple[int, ...]) -> dict[
         name: np.full(shapes[name], v.fill) if name == "status" else np.empty(shapes[name], v.fill.dtype)
         for name, v in variables.items()
     }
-
-
-def _workers(workers: Any) -> int | None:
-    """The number of cores asked for. Raises ValueError for one that is not whole, or below 1."""
-    if workers is None:
-        return None
-    with suppress(TypeError):
-        if not isinstance(workers, bool) and index(workers) >= 1:
-            return index(workers)
-    raise ValueError(f"expected workers to be a whole number of cores >= 1, got {workers!r}; leave it out for all")
 
 
 def _here(

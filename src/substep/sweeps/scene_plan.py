@@ -1,9 +1,9 @@
 """A sweep of a scene: points that can be the lanes of one march, and how many of them a chunk has."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, ClassVar, get_args
 
 import numpy as np
@@ -15,13 +15,14 @@ from ..core.errors import real_array, real_number
 from ..core.loads import Load, LoadLanes, Record, as_numbers, is_known
 from ..core.scene_catalogue import WITH_LAW, checked_parameters, scene_info
 from ..core.scenes import Scene, make_scene
-from ..core.schemes import Scheme
+from ..core.schemes import Scheme, scheme_info
 from ..core.schemes import scheme as make_scheme
 from ..marching.adaptive import ROWS, adaptive_kernels
 from ..marching.linear import LOADED
 from ..run.axes import RESERVED, Axis, Keep, Owner, asked
 from ..run.clock import Control
 from .description import description, name_of
+from .draws import require_allowed
 from .lanes import march_group
 from .sweep_plan import MEANINGS, STATUS, Results, SweepPlan, Variable
 
@@ -117,10 +118,9 @@ class ScenePlan(SweepPlan):
     def scheme_of_all(self) -> Scheme:
         """The scheme with parameters that broadcast over its axes; making it checks all combinations of values."""
         swept = [axis for axis in self.axes if axis.owner == "scheme"]
-        spread = (axis.values.reshape(-1, *(1,) * (len(swept) - 1 - k)) for k, axis in enumerate(swept))
-        return make_scheme(
-            self.scheme, **self.given["scheme"], **{a.key: x for a, x in zip(swept, spread, strict=True)}
-        )
+        dims = list(dict.fromkeys(axis.dim for axis in reversed(swept)))  # the last is the first from the right
+        spread = {axis.key: axis.values.reshape(-1, *(1,) * dims.index(axis.dim)) for axis in swept}
+        return make_scheme(self.scheme, **self.given["scheme"], **spread)
 
     @cached_property
     def scene_of_one(self) -> Scene:
@@ -136,15 +136,25 @@ class ScenePlan(SweepPlan):
         """Whether the scene is a linear oscillator, which the linear march runs."""
         return self.scene_of_one.info.oscillator is not None
 
+    def allows(self, axis: Axis) -> Callable[[float], Any]:
+        """What raises ValueError for a number that the axis's parameter does not allow by itself."""
+        if axis.owner == "load":
+            return lambda x: replace(self.load, **{axis.key: x})  # type: ignore[type-var]
+        scheme, scene = scheme_info(self.scheme), scene_info(self.scene, {})
+        of = scheme if axis.owner == "scheme" else scene
+        parameter = of.parameters[axis.key] if axis.key in of.parameters else scheme.families[axis.key].argument
+        return partial(parameter.inside, f"parameter {axis.key} of {of.name}")
+
     def groups(self, points: NDArray[np.int64]) -> Iterator[tuple[NDArray[np.int64], Scene, Scheme, Any]]:
         """The points in groups that can be the lanes of one march: their places, scene, scheme, and dt or tol.
 
         Points of a group share the step, and a load of the user's own. Where they choose their steps, they share the
         load and the scheme's parameters, on which its estimate depends.
         """
-        at = dict(zip(self.axes, np.unravel_index(points, (1, *self.shape))[1:], strict=True))
+        on = dict(zip(self.dims, np.unravel_index(points, (1, *self.shape))[1:], strict=True))
+        at = {axis: on[axis.dim] for axis in self.axes}
         common = ("scheme", "load") if self.by_tol else ("step",) if is_known(self.load) else ("step", "load")
-        keys = [at[axis] for axis in self.axes if axis.owner in common]
+        keys = [on[dim] for dim in dict.fromkeys(axis.dim for axis in self.axes if axis.owner in common)]
         if not keys:
             yield np.arange(len(points)), *self._lanes(at)
             return
@@ -246,6 +256,8 @@ def _check_scene(scene: Scene) -> None:
 def _check(plan: ScenePlan) -> None:
     """Raise ValueError for a bad value, before anything is run."""
     for axis in plan.axes:
+        if "distribution" in axis.attrs:
+            require_allowed(axis, plan.allows(axis))
         if axis.owner == "load":
             known = is_known(plan.load) and axis.values.size > 0  # then what is allowed is an interval
             for value in (axis.values.min(), axis.values.max()) if known else axis.values:

@@ -25,7 +25,7 @@ class Store:
         zarr = optional("zarr", "save=", "save")
         self.path = path
         if path.exists():
-            self._check(template)
+            self._check(template, tuple(plan.dims))
         else:
             _create(path, plan, template, piece)
         self.group: Any = zarr.open_group(path, mode="r+")
@@ -51,7 +51,7 @@ class Store:
         found = found[list(self.targets)]
         return ResultDataset(found.data_vars, found.coords, found.attrs)
 
-    def _check(self, template: "xarray.Dataset") -> None:
+    def _check(self, template: "xarray.Dataset", axes: tuple[str, ...]) -> None:
         import xarray  # noqa: PLC0415 (on first use)
 
         try:
@@ -70,10 +70,11 @@ class Store:
                     f"expected the sweep that {self.path} holds, whose {key} is {stored.get(key, 'not given')}, "
                     f"got {asked.get(key, 'not given')}; {cure}"
                 )
-        axes = tuple(name for name in template.coords if name not in ("t", "coordinate", "balance"))
         if axes != axes_there:
             raise ValueError(f"expected axes {axes_there} as in {self.path}, got {axes}; {cure}")
-        for name in axes:
+        for name in (name for name, x in template.coords.items() if x.dims and set(x.dims) <= set(axes)):
+            if name not in found.coords:
+                raise ValueError(f"expected a sweep without {name} as in {self.path}, got it; {cure}")
             here, there = template[name].values, found[name].values
             if len(here) != len(there):
                 raise ValueError(f"expected {len(there)} values of {name} as in {self.path}, got {len(here)}; {cure}")

@@ -68,8 +68,9 @@ class StructurePlan(SweepPlan):
 
     def point(self, place: int) -> tuple[Scheme, float, tuple[Structure, ...]]:
         """Scheme, step and cases of the combination with this number, in C order."""
-        *places, which = np.unravel_index(place, (*(len(axis.values) for axis in self.axes), len(self.cases)))
-        at = dict(zip(self.axes, places, strict=True))
+        *places, which = np.unravel_index(place, (*super().dims.values(), len(self.cases)))
+        on = dict(zip(super().dims, places, strict=True))
+        at = {axis: on[axis.dim] for axis in self.axes}
         scheme = make_scheme(self.scheme, **self.values("scheme", at))
         return scheme, float(self.values("step", at)["dt"]), self.cases[which]
 

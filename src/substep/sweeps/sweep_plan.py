@@ -100,12 +100,12 @@ class SweepPlan(Asked, ABC):
 
     @property
     def dims(self) -> dict[str, int]:
-        """The sizes of all axes by their names in the Dataset."""
-        return {axis.name: len(axis.values) for axis in self.axes}
+        """The sizes of all dimensions of the axes by their names in the Dataset."""
+        return {axis.dim: len(axis.values) for axis in self.axes}
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """How many values each axis has."""
+        """How many values each dimension has."""
         return tuple(self.dims.values())
 
     def chunks(self, piece: tuple[int, ...]) -> list[Chunk]:
@@ -151,7 +151,7 @@ class SweepPlan(Asked, ABC):
         """A Dataset with the coordinates and attributes of the sweep, without variables."""
         from ..core.result_dataset import ResultDataset  # noqa: PLC0415 (loads xarray)
 
-        coordinates = {axis.name: named(axis.name, axis.values, self.about(axis)) for axis in self.axes}
+        coordinates = {a.name: named(a.dim, a.values, {**self.about(a), **a.attrs}) for a in self.axes}
         if self.keep == "history":
             coordinates["t"] = named("t", self.times, self.time_attrs)
         return ResultDataset(coords=coordinates | self.labels, attrs=self.attrs)
