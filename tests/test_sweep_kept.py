@@ -99,6 +99,17 @@ def test_an_error_on_the_way_loses_nothing() -> None:
     assert (done["status"].isel(dt=1) == -1).all()
 
 
+@pytest.mark.usefixtures("uncompiled")
+def test_a_sweep_of_a_law_that_remembers_goes_on(tmp_path: Path) -> None:
+    """What a law remembers is a dimension of the results, not an axis of the sweep."""
+    call: dict[str, Any] = {"omega": [1.0, 2.0], "law": "bilinear", "strength": 1.0, "u0": 2.0, "dt": 0.1, "t_end": 1.0}
+    first, again = (
+        ss.sweep("hysteretic_oscillator", "newmark", **call, save=tmp_path / "s.zarr").load() for _ in range(2)
+    )
+    assert "remembered" in first.sizes
+    xr.testing.assert_identical(first, again)
+
+
 KILLED = """
 import os, signal, sys
 import numpy as np, substep as ss

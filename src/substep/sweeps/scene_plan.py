@@ -305,6 +305,12 @@ def _check_chosen(plan: ScenePlan) -> None:
             f"expected grid=, the times of the rows, with keep='history' where runs choose their steps, got {got}; "
             "each has steps of its own: " + ("give grid=np.linspace(0, t_end, 101)" if got == "none" else "drop it")
         )
+    for axis in plan.axes:
+        if axis.owner == "scheme" and "distribution" in axis.attrs:
+            raise ValueError(
+                f"expected {axis.name} as a number or a few values where runs choose their steps, got a distribution: "
+                "each value has an estimate of its own, which has to be derived; give dt in place of tol"
+            )
     tolerances = [axis.values for axis in plan.axes if axis.owner == "step"]
     tol = tolerances[0][:1] if tolerances else [plan.given["step"]["tol"]]
     Control.of(1.0, float(tol[0]) if len(tol) else 1.0, plan.t_end, **plan.chosen)

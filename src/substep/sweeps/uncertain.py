@@ -38,8 +38,9 @@ def uncertainty(ds: Dataset, percentiles: ArrayLike = (5, 50, 95)) -> Dataset:
     has NaN, so have the statistics.
 
     The standard error is that of the means of the replicates, each scrambled by itself (`replicate` along "draw"); with
-    16 of them the mean is off by less than 2.13 standard errors in about 95 % of cases. Draws of your own, which have
-    no replicates, are taken as independent: it is the standard deviation over the square root of their number.
+    16 of them the mean is off by less than 2.13 standard errors in 95 % of cases, if replicates' means are normally
+    distributed. Draws of your own, which have no replicates, are taken as independent: it is the standard deviation
+    over the square root of their number.
 
     Raises ValueError for a Dataset without draws or status, and for percentiles outside of 0 to 100.
 
@@ -87,7 +88,7 @@ def _statistics(x: Array, made: NDArray[np.bool_], starts: NDArray[np.int64], q:
         off = np.where(made, x - mean, 0.0)
         of_replicates = np.add.reduceat(off, starts, axis=0)  # each its number of runs times (its mean - the mean)
         error = np.sqrt(replicates / (replicates - 1) * (of_replicates**2).sum(axis=0)) / n
-        deviation = np.sqrt((off**2).sum(axis=0) / (n - 1))
+        deviation = np.sqrt((off**2).sum(axis=0) / np.maximum(n - 1, 0))
     ordered = np.sort(np.where(made, x, np.nan), axis=0)  # NaN is last
     at = q.reshape(-1, *(1,) * n.ndim) / 100.0 * np.maximum(n - 1, 0)
     low = at.astype(np.int64)
