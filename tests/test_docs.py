@@ -23,7 +23,8 @@ from substep.core.scene_catalogue import scene_info
 from substep.core.schemes import scheme_info
 
 ROOT = Path(__file__).parents[1]
-COMPILED = ("spectra",)  # pages whose runs take longer in plain Python than it takes to compile what all schemes share
+# pages whose runs take longer in plain Python than it takes to compile what all schemes share
+COMPILED = ("large_sweeps", "spectra")
 LONG = ("adding_a_scene", "structures", "sweeps")  # pages whose blocks take long: left to `make verify`
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 NOT_RUN = (  # beginnings of commands that the pages show and that are parsed only

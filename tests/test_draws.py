@@ -10,7 +10,7 @@ import scipy.stats as st
 import xarray as xr
 
 import substep as ss
-from substep.sweeps.draws import drawn
+from substep.sweeps.draws import drawn, points
 from substep.sweeps.scene_plan import ScenePlan, planned
 
 OMEGA, U0, V0 = st.norm(2.0, 0.2), st.norm(1.0, 0.1), st.uniform(-1.0, 2.0)
@@ -76,6 +76,7 @@ def test_it_falls_faster_than_with_random_draws() -> None:
 
 
 def test_each_replicate_has_one_draw_in_each_of_equal_parts_and_seeds_repeat() -> None:
+    assert (points([64], 2, 0)[0] * 2**31 % 2 == 1).all()  # in the middle of cells, none at 0 or 1
     ds = sweep(**ALLOWED, samples=16 * 32)
     for name, distribution in (("u0", U0), ("v0", V0)):
         part = np.floor(distribution.cdf(ds[name].values.reshape(16, 32)) * 32)
@@ -195,10 +196,12 @@ def test_a_sweep_on_disk_goes_on_with_the_same_draws(tmp_path: Path, monkeypatch
 
 
 def test_a_plan_is_plain_data() -> None:
-    values, _ = drawn({"omega": st.norm(2.0, 0.1), "xi": [0.0, 0.1]}, 8, 0)
+    uncertain = {"omega": st.norm(2.0, 0.1), "gamma": st.uniform(0.5, 0.1), "beta": st.uniform(0.31, 0.1)}
+    values, _ = drawn({**uncertain, "xi": [0.0, 0.1]}, 8, 0)
     made = planned(
         "linear_oscillator", "newmark", 0.1, None, 1.0, "final", None, None, None, None, "cpu", values=values
     )
+    assert made.scheme_of_all.parameters["beta"].shape == made.scheme_of_all.parameters["gamma"].shape == (8,)
     sent = pickle.dumps(made)
     assert b"scipy" not in sent
     here, there = (plan.run(3, 13, {}) for plan in (made, pickle.loads(sent)))
