@@ -34,6 +34,7 @@ OTHERS = {
     "design",
     "audit",
     "failures",
+    "failure-map",
     "claims",
 }
 OTHERS |= {"reproduce"}

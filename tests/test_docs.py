@@ -31,6 +31,7 @@ NOT_RUN = (  # beginnings of commands that the pages show and that are parsed on
     "substep reproduce",  # draws everything, which takes minutes; test_cli draws less
     "substep chart work-precision",  # runs every scheme in many steps, which takes minutes
     "substep failures",  # runs every scheme on many scenes, which takes minutes
+    "substep failure-map",  # serves until it is stopped, or makes millions of runs
     "substep claims",  # computes for a dozen seconds
     "substep choose",  # compiles and runs many schemes, for a quarter of a minute and more; test_cli_choose asks less
     "substep audit opensees",  # needs the program

@@ -35,6 +35,7 @@ from .charts import chart
 from .choose import choose
 from .command import Command
 from .estimators import estimator
+from .failure_map import failure_map
 from .failures import failures
 from .inelastic import inelastic, report
 from .lines import folded
@@ -338,5 +339,6 @@ for command in (
     Command("Proofs", "substep estimator newmark_bdf2 --gamma 1/2", estimator, parameters=True),
     Command("Proofs", "substep equivalences bathe silva_bezerra", equivalences),
     Command("Programs and results", "substep failures --folder results", failures),
+    Command("Programs and results", "substep failure-map bathe --port 8000", failure_map),
 ):  # fmt: skip
     command.add(app)

@@ -8,10 +8,11 @@ from .contact import bounce
 from .linear import alternating_steps, limits_crossed, overshoot
 from .maps import MAPS, draw, trapezoidal_rule
 from .outcomes import WORDS, Outcome, judge
+from .plane import failure_map
 from .rounding import round_off, separatrix
 from .table import CASES, Row, picture, rows_of
 
-__all__ = ["WORDS", "Outcome", "Row", "battery", "count", "joined", "judge", "part"]
+__all__ = ["WORDS", "Outcome", "Row", "battery", "count", "failure_map", "joined", "judge", "part"]
 
 ITEMS: tuple[Callable[[Path, bool], Any], ...] = (
     trapezoidal_rule,

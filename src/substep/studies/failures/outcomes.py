@@ -48,8 +48,8 @@ class Outcome:
     max_ratio: Array
 
 
-def judge(lanes: Lanes, dt: Array, E0: float) -> Outcome:
-    """The outcome of runs in steps of dt (P,), s, marched with bound = BLOW_UP*E0, J.
+def judge(lanes: Lanes, dt: Array, E0: float | Array) -> Outcome:
+    """The outcome of runs in steps of dt (P,), s, marched with bound = BLOW_UP*E0, J; E0: one, or (P,).
 
     The first of these that holds: Newton failed; blew up: E > 1e3 E0 or a state that is not finite; gains energy:
     max E > 1.01 E0; survived.
@@ -62,9 +62,11 @@ def judge(lanes: Lanes, dt: Array, E0: float) -> Outcome:
 
 
 def run(scene: Scene, scheme: Scheme, dt: Array, n: NDArray[np.int64], **options: Any) -> tuple[Lanes, Outcome]:
-    """Lanes of `march_lanes`, each stopped when it blows up, and their outcomes."""
-    lanes = march_lanes(scene, scheme, dt, n, bound=BLOW_UP * scene.E0, **options)
-    return lanes, judge(lanes, dt, scene.E0)
+    """Lanes of `march_lanes`, each stopped when it blows up, and their outcomes; the scene may be one of lanes."""
+    of_lanes = scene.u0.ndim > 1
+    E0 = scene.energy(np.zeros(len(dt)), scene.u0, scene.v0) if of_lanes else scene.E0
+    lanes = march_lanes(scene, scheme, dt, n, bound=BLOW_UP * E0, **options)
+    return lanes, judge(lanes, dt, E0)
 
 
 def whole_steps(span: float, dt: Array) -> NDArray[np.int64]:
