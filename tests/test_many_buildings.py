@@ -7,6 +7,7 @@ import pytest
 from test_compiled_steps import DT, RECORD, STEEL, B, K, M
 
 import substep as ss
+from substep.sweeps import structure_plan
 
 T_END, SCALES = 1.0, [0.5, 2.0]
 RECORDS = [RECORD, ss.Record(0.1, 3.0 * np.cos(np.arange(12)))]
@@ -21,20 +22,39 @@ def buildings(**options: Any) -> list[ss.Structure]:
     ]
 
 
+@pytest.fixture
+def apart(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """Points go side by side, however few their steps are, and some of these at a time; here are those that do not."""
+    monkeypatch.setattr(structure_plan, "WORTH", 0.0)
+    monkeypatch.setattr(structure_plan, "ROWS", 37)
+    marched, found = structure_plan._marched, list[Any]()
+
+    def seen(run: Any, *given: Any) -> Any:
+        found.append(run)
+        return marched(run, *given)
+
+    monkeypatch.setattr(structure_plan, "_marched", seen)
+    return found
+
+
 def scaled(s: ss.Structure, record: ss.Record, scale: float) -> ss.Structure:
     return s.ground_motion(ss.Record(record.dt, scale * record.samples), 1.0)
 
 
 @pytest.mark.parametrize(
     ("scheme", "own_solver", "t_end"),
-    [("average_acceleration", False, 1.0), ("houbolt", False, 1.0), ("rk4", True, 0.2)],
-)
-def test_every_point_is_its_march(scheme: str, own_solver: bool, t_end: float) -> None:
-    """By the kernel, with steps of a starter before it, and with a solver of the user's, step by step."""
+    [
+        ("average_acceleration", False, 1.0), ("bathe", False, 1.0), ("central_difference", False, 0.3),
+        ("houbolt", False, 1.0), ("rk4", True, 0.2),
+    ],
+)  # fmt: skip
+def test_every_point_is_its_march(scheme: str, own_solver: bool, t_end: float, apart: list[Any]) -> None:
+    """By the kernel, side by side, with steps of a starter before it, and with a solver of the user's, step by step."""
     of = buildings(**({"solver": lambda A: lambda b: np.linalg.solve(A, b)} if own_solver else {}))
     options: dict[str, Any] = {"dt": DT, "t_end": t_end}
     axes: dict[str, Any] = {"ground": RECORDS, "direction": 1.0, "scale": SCALES, "dofs": [2, 0]}
     found = {keep: ss.sweep(of, scheme, **options, **axes, keep=keep) for keep in ("final", "peak", "history")}
+    assert len(apart) == (36 if own_solver or scheme == "houbolt" else 0)
     assert found["peak"].peak_force.dims == ("structure", "case", "scale", "spring")
     assert found["peak"].scale.values.tolist() == SCALES
     for i, j, k in np.ndindex(3, 2, 2):
@@ -68,13 +88,29 @@ def test_dampings_of_many_structures_and_scales_of_linear_ones() -> None:
     assert np.allclose(found.u[0, 0, 0, 0], 0.5 * r.u[-1], rtol=0, atol=1e-13)
 
 
-def test_how_points_ended() -> None:
-    """A structure that overflows beside others that do not, in one chunk."""
-    stiff = [ss.structure(np.diag(M), springs=[(B, ss.law("linear", k=x * K))], v0=1.0) for x in (1.0, 1e4)]
-    found = ss.sweep(stiff, "central_difference", dt=0.05, t_end=60.0, keep="peak")
-    assert found.status.values.tolist() == [0, 2]
-    assert np.isfinite(found.peak_u[0]).all()
-    assert np.isnan(found.elongation[1]).any()
+@pytest.mark.parametrize("points", [2, 7])
+def test_how_points_ended(points: int, apart: list[Any]) -> None:
+    """A structure that overflows beside others that do not, in one chunk, one after another and side by side."""
+    factors = np.array([1.0, 1e4, 1.1, 1.2, 0.9, 1e4, 0.8])[:points]
+    stiff = [ss.structure(np.diag(M), springs=[(B, ss.law("linear", k=x * K))], v0=1.0) for x in factors]
+    found, ended = ss.sweep(stiff, "central_difference", dt=0.05, t_end=60.0, keep="peak"), factors > 2.0
+    assert len(apart) == 2
+    assert np.array_equal(found.status, np.where(ended, 2, 0))
+    assert np.isfinite(found.peak_u[~ended]).all()
+    assert np.isnan(found.elongation[ended]).any(axis=1).all()
+    for k in np.flatnonzero(~ended):
+        r = ss.march(stiff[k], "central_difference", dt=0.05, t_end=60.0, account=False)
+        assert np.array_equal(found.peak_u[k], np.abs(r.u).max(axis=0))
+
+
+def test_what_is_not_alike_is_marched_apart(apart: list[Any]) -> None:
+    """Points whose steps, springs' rows or parts of the force differ, among others."""
+    column, law = 0.1 * B.T @ np.diag(K) @ B, ss.law("bilinear", k=K, q_y=STRENGTHS[0], alpha=0.03)
+    every = [ss.structure(np.diag(M), K, springs=[(x * B, law)], v0=1.0) for K in (None, column) for x in (1.0, 1.1)]
+    found = ss.sweep(every, "bathe", dt=[DT, 0.5 * DT], t_end=0.5, keep="peak")
+    for i, j in np.ndindex(2, 4):
+        r = ss.march(every[j], "bathe", (DT, 0.5 * DT)[i], 0.5, account=False)
+        assert np.array_equal(found.peak_u[i, j], np.abs(r.u).max(axis=0))
 
 
 @pytest.mark.parametrize(

@@ -73,9 +73,9 @@ def turning(scheme: Scheme) -> str:
     return turning_module(TurningStep.of(scheme.in_doubles))
 
 
-def spring_march() -> str:
-    """Text of the module that marches small structures with springs of laws."""
-    text = fill(SPRING_MARCH, imports=CALL_IMPORTS, call=fill(CALL), products=SMALL_MATRICES)
+def spring_march(lanes: int) -> str:
+    """Text of the module that marches small structures with springs of laws, so many side by side."""
+    text = fill(SPRING_MARCH, lanes=lanes, imports=CALL_IMPORTS, call=fill(CALL), products=SMALL_MATRICES)
     return with_banner("substep_derive", text)
 
 

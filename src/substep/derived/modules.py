@@ -101,15 +101,15 @@ def own_law_module(declaration: "LawDeclaration") -> ModuleType:
     return cached_module(f"law {law_digest(declaration)}", lambda: law_module(declaration))
 
 
-def spring_march_module() -> ModuleType:
-    """Kernels of the march of small structures with springs of laws."""
+def spring_march_module(lanes: int) -> ModuleType:
+    """Kernels of the march of small structures with springs of laws, so many side by side."""
 
     def text() -> str:
         from substep_derive.emit.first_use import spring_march  # noqa: PLC0415
 
-        return spring_march()
+        return spring_march(lanes)
 
-    return cached_module("spring march", text)
+    return cached_module(f"spring march {lanes}", text)
 
 
 @cache

@@ -24,6 +24,7 @@ from ..core.schemes import scheme as make_scheme
 from ..core.threads import spread
 from ..run.axes import RESERVED, Keep, asked
 from ..run.clock import number_of_steps
+from ..structures.march.compiled import CompiledSteps, alike, loads_side_by_side, takes
 from ..structures.march.fixed_steps import FixedSteps
 from ..structures.march.histories import selection
 from ..structures.march.refusals import require_definite_mass, require_suited
@@ -47,6 +48,8 @@ INNER = ("structure", "damping", "case", "scale")  # dimensions after those of n
 OWN = {"dof", "spring", "elongation", "force", "peak_elongation", "peak_force", *INNER}  # no axis of numbers
 COMPLETED, FAILED, OVERFLOWED = (ENDED.index(name) for name in ("completed", "newton_failed", "non_finite"))
 TOGETHER, STEP = 64, 2000.0  # points with springs in a chunk, and about how many ns one of their steps takes
+LANES, ROWS, WORTH = 8, 256, 1e5  # points that a kernel marches side by side, steps it makes at once, and how many ...
+# ... steps of all points are worth it: the kernel for one point may be compiled already
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -131,14 +134,17 @@ class StructurePlan(SweepPlan):
         rows, status = list[list[Array]]([] for _ in range(count)), np.empty(count, np.int8)
 
         def march(begin: int, end: int) -> None:
+            runs = list[Run]()
             for k in range(begin, end):
                 place, case = divmod(first + k, len(self.cases[0]))
                 scheme, h, cases = self.point(place)
-                tables, status[k] = _marched(Run(cases[case], scheme, h), number_of_steps(h, self.t_end), self)
-                rows[k] = [x for table in tables for x in table]
+                runs.append(Run(cases[case], scheme, h))
+            for k in range(0, end - begin, LANES):
+                for number, (tables, ended) in enumerate(_side_by_side(runs[k : k + LANES], self), begin + k):
+                    rows[number], status[number] = [x for table in tables for x in table], ended
 
         cost = STEP * count * max(self.steps) if self.springs is not None else 0.0
-        spread(march, count, 1, nanoseconds=cost)
+        spread(march, count, LANES, nanoseconds=cost)
         columns = zip(*rows, strict=True)
         return {**dict(zip(names, map(np.array, columns), strict=True)), "status": status}
 
@@ -260,6 +266,65 @@ def _cases(
 def _kinds(scheme: Scheme, h: float) -> int:
     """3 where the scheme has an acceleration of its own, else 2: u and v."""
     return 3 if len(step_of(scheme, h).report) == 3 else 2
+
+
+def _side_by_side(runs: Sequence[Run], plan: StructurePlan) -> list[tuple[list[Array], Any]]:
+    """What `_marched` returns for each run: from one kernel for all, where it takes them and there is much to do."""
+    first, n = runs[0], number_of_steps(runs[0].h, plan.t_end)
+    few = len(runs) < LANES // 2 or n * math.prod(plan.shape) < WORTH
+    if few or first.scheme.starter is not None or not all(map(takes, runs)):
+        return [_marched(run, number_of_steps(run.h, plan.t_end), plan) for run in runs]
+    if (same := next((k for k, run in enumerate(runs) if not alike(run, first)), len(runs))) < len(runs):
+        return _side_by_side(runs[:same], plan) + _side_by_side(runs[same:], plan)
+    every = [*runs, *[runs[-1]] * (LANES - len(runs))]
+    select, kinds = (
+        selection(first.structure, [first.structure.place(dof) for dof in plan.kept]),
+        _kinds(first.scheme, first.h),
+    )
+    compiled = CompiledSteps.together(every)
+    lanes = compiled.at([run.started() for run in every], [_memory(run) for run in every])
+    lanes.alive[len(runs) :] = False
+    loads = loads_side_by_side(every, n)
+    motion, strained = (
+        np.stack([select(run.given[:kinds]) for run in runs], axis=-1),
+        np.stack([_strained(run, run.given, _memory(run)) for run in runs], axis=-1),
+    )
+    latest, done = [motion, strained], 0
+    rows = [np.empty((n + 1, *row.shape)) for row in latest] if plan.keep == "history" else None
+    for table, row in zip(rows or (), latest, strict=rows is not None):
+        table[0] = row
+    peaks = [np.abs(row) for row in latest]
+    with np.errstate(all="ignore"):  # in lanes that fail
+        while done < n and lanes.alive.any():
+            made = compiled.made(lanes, [x[:, done : done + ROWS] for x in loads])
+            m = len(made.motion)
+            if m == 0:
+                continue
+            moved = made.motion[:, :kinds, :, : len(runs)]
+            moved = select(moved.reshape(-1, *moved.shape[2:])).reshape(m, kinds, -1, len(runs))
+            found = [moved, made.springs[:, :2, :, : len(runs)]]
+            for k, x in enumerate(found):
+                if rows is not None:
+                    rows[k][done + 1 : done + m + 1] = x
+                elif plan.keep == "peak":
+                    np.maximum(peaks[k], largest_moduli(x.copy()[None], np.maximum)[0], out=peaks[k])
+            latest, done = [x[-1] for x in found], done + m
+    if rows is not None:
+        tables = [np.moveaxis(table, 0, 1) for table in rows]
+    elif plan.keep == "peak":
+        tables = [peaks[0], np.concatenate([peaks[1], latest[1][:1]])]
+    else:
+        tables = latest
+    return [
+        ([table[..., k] for table in tables], COMPLETED) if lanes.alive[k] else _marched(run, n, plan)
+        for k, run in enumerate(runs)
+    ]
+
+
+def _memory(run: Run) -> Memory:
+    """What springs remember where a run begins."""
+    assert run.memory is not None
+    return run.memory
 
 
 def _marched(run: Run, n: int, plan: StructurePlan) -> tuple[list[Array], Any]:

@@ -4,11 +4,13 @@ It does what `StructureSteps.complete` and `.commit` do. A step that fails in an
 ends a march, and with which words, is said in one place.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import accumulate
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,14 +18,17 @@ from numpy.typing import NDArray
 from ...core.arrays import Array
 from ...core.kernel_modules import address, compiles
 from ..model.memory import Memory, RememberingForce
+from ..model.model import Model
 from ..model.springs import Springs
 from ..solvers.matrices import Matrix, is_operator
 from . import newton
 from .newton import NonlinearSystem
 from .scheme_plan import Force, Steps, System, step_of
-from .steps import StructureSteps
+from .steps import Run, StructureSteps
 from .time_loop import Stretch
 
+KEPT = 8  # sets of slopes of which a kernel keeps the factors, of each system and lane
+PARTS = "indptr", "indices", "data"  # of a sparse matrix
 SMALL = 100  # free degrees of freedom, and springs, up to which a kernel computes the steps
 RULES = (
     newton.TOLERANCE, newton.EXACT, newton.ROUNDING, newton.TOO_FAR, newton.SMALL, newton.BALANCED, newton.ITERATIONS,
@@ -31,72 +36,172 @@ RULES = (
 )  # fmt: skip
 
 
+class Lanes(NamedTuple):
+    """Where structures side by side are: their state (S, m), what they remember (k,), which of them count (lanes,) ...
+
+    ... and of each system the largest displacements and shortened corrections (I, lanes); a kernel goes on from there.
+    """
+
+    state: Array
+    memory: Array
+    alive: NDArray[np.bool_]
+    largest: Array
+    shortened: NDArray[np.int64]
+
+
+class Rows(NamedTuple):
+    """After m steps: u, v, a (m, R, n, lanes), what is remembered (m, k), of springs (m, 4, s, lanes), iterations."""
+
+    motion: Array
+    memories: Array
+    springs: Array
+    counts: NDArray[np.int64]
+
+
 @dataclass(frozen=True, eq=False)
 class CompiledSteps:
-    """Of a march the arrays that the kernel reads: see there. balances: the numbers of its systems that are such."""
+    """Of runs side by side the arrays that the kernel reads: see there. balances: the systems that are such.
 
-    march: StructureSteps
+    march: of a run that is alone, what goes on with a step that fails.
+    """
+
+    runs: Sequence[Run]
+    march: StructureSteps | None
     springs: Springs
     kernels: ModuleType
     steps: Steps
     arrays: tuple[Any, ...]
     balances: list[int]
+    shapes: Array  # of the loads of each run (lanes, J, n), padded
 
     @classmethod
     def of(cls, march: StructureSteps) -> "CompiledSteps | None":
-        """None for what the kernel does not take: another internal force, a large structure, a solver of the user's."""
-        s, force = march.run.structure, march.run.structure.internal
-        if not isinstance(force, RememberingForce) or force.springs is None or force.material is not None:
-            return None
-        if max(s.size, force.springs.size) > SMALL or s.solver not in ("auto", "dense") or not compiles():
-            return None
-        if any(is_operator(matrix) for matrix in (s.M, s.damping, s.K, force.K)):
-            return None
+        """None for what the kernel does not take."""
+        return cls.together([march.run], march) if takes(march.run) else None
+
+    @classmethod
+    def together(cls, runs: Sequence[Run], march: StructureSteps | None = None) -> "CompiledSteps":
+        """Of one run, with its march, or of as many as there are lanes, each of which `takes` takes and is `alike`."""
         from ...derived.modules import spring_march_module  # noqa: PLC0415 (the one door to SymPy)
 
-        springs, steps = force.springs, step_of(march.run.scheme, march.run.h)
-        matrices = np.array([_by_columns(matrix, s.size) for matrix in (s.M, s.damping, s.K, force.K)])  # (4, n, m)
-        stiff = float(np.abs(s.K.diagonal()).max())
-        plan = _plan(steps, springs.of_rate, force.K is not None, matrices)
-        structure = matrices, np.array([_spans(matrix) for matrix in matrices]), stiff
-        arrays = RULES, plan, steps.out, steps.report, structure, (*_springs(springs), springs.of_rate)
+        of, steps, lanes = [run.structure for run in runs], step_of(runs[0].scheme, runs[0].h), len(runs)
+        springs, held = zip(*map(_springs_of, of), strict=True)
+        n, of_rate = of[0].size, springs[0].of_rate
+        given = [(s.M, s.damping, s.K, K) for s, K in zip(of, held, strict=True)]
+        matrices = np.array([[_dense(matrix, n) for matrix in each] for each in given])  # (lanes, 4, n, n)
+        plan, shares = _plan(steps, of_rate, held[0] is not None)
+        linear = np.array([[np.einsum("m,mij->ij", share, each) for share in shares] for each in matrices])
+        stiff = np.abs(np.diagonal(matrices[:, 2], axis1=1, axis2=2)).max(axis=1)
+        structure = _blocks(np.concatenate([matrices, linear.reshape(lanes, -1, n, n)], axis=1)), stiff
+        room = _room(steps, springs[0], n, lanes)
+        arrays = RULES, plan, steps.out, steps.report, structure, (*_springs(springs), of_rate), room
         balances = [k for k, system in enumerate(steps.systems) if system.balance]
-        return cls(march, springs, spring_march_module(), steps, arrays, balances)
+        shapes = np.array([_padded(run.shapes.T) for run in runs])
+        return cls(runs, march, springs[0], spring_march_module(lanes), steps, arrays, balances, shapes)
+
+    def at(self, states: Sequence[Array], memories: Sequence[Memory]) -> Lanes:
+        """Where structures are that have these states (S, n) and remember that."""
+        kept = [np.stack(of, axis=1).ravel() for of in zip(*(memory.springs for memory in memories), strict=True)]
+        alive, zero = np.ones(len(self.runs), np.bool_), np.zeros((len(self.steps.systems), len(self.runs)))
+        return Lanes(_side_by_side(states), _padded(np.concatenate(kept)[None])[0], alive, zero, zero.astype(np.int64))
+
+    def made(self, lanes: Lanes, loads: Sequence[Array] | Array) -> Rows:
+        """Steps under loads (I, m, J) of each system, of each lane; they are fewer than m where one fails.
+
+        lanes: where they begin, and then where they have come to; one that has failed is no longer alive.
+        """
+        m, n = loads[0].shape[1], self.runs[0].structure.size
+        forces = np.moveaxis(np.matmul(np.stack(loads, axis=1), self.shapes)[..., :n], 1, -1)  # (I, m, n, lanes)
+        forces = _padded(forces.reshape(-1, n * len(self.runs)))
+        width, size = lanes.state.shape[1], self.springs.size * len(self.runs)
+        motion, remembered = np.empty((m, len(self.steps.report), width)), np.empty((m, len(lanes.memory)))
+        answers = np.empty((m, 4, -(-size // 4) * 4))
+        counts = np.empty((m, len(self.steps.systems), len(self.runs)), np.int64)
+        results = motion, remembered, answers, counts, lanes.largest, lanes.shortened
+        done = self.kernels.march(
+            lanes.state, lanes.memory, forces.reshape(-1, m, width), lanes.alive, *self.arrays, results
+        )
+        places = np.concatenate([x for _, x in self.springs.groups])
+        answers = answers[:done, :, :size].reshape(done, 4, self.springs.size, len(self.runs))
+        if len(self.springs.groups) > 1:
+            answers = answers[:, :, np.argsort(places)]
+        motion = motion[:done, :, : n * len(self.runs)].reshape(done, len(self.steps.report), n, len(self.runs))
+        return Rows(motion, remembered[:done], answers, counts[:done, self.balances])
 
     def taken(self, X: Array, loads: Sequence[Array], ends: Array) -> Stretch:
-        """The steps from X (V, n), which has begun, to the times `ends` (m,) under loads (m, J) of each system.
+        """Of one march the steps from X (V, n), which has begun, to the times `ends` (m,) under loads (m, J) of each
+        system.
 
         They are fewer than m where one fails.
         """
-        march, steps, m, n = self.march, self.steps, len(ends), X.shape[1]
+        march, n = self.march, X.shape[1]
+        assert march is not None
         assert march.memory is not None
-        state, width = _padded(X[: steps.given]), -(-n // 4) * 4
-        memory = np.concatenate([rows.ravel() for rows in march.memory.springs])
-        forces = np.array([values @ _padded(march.run.shapes.T) for values in loads]).reshape(-1, m, width)
-        motion, remembered = np.empty((m, len(steps.report), width)), np.empty((m, len(memory)))
-        counts, answers = np.empty((m, len(steps.systems)), np.int64), np.empty((m, 4, self.springs.size))
-        largest = np.array([getattr(solver, "largest", 0.0) for solver in march.systems])
-        shortened = np.zeros(len(march.systems), np.int64)
-        results = motion, remembered, answers, counts, largest, shortened
-        done = self.kernels.march(state, memory, forces, *self.arrays, results)
-        for solver, size, more in zip(march.systems, largest.tolist(), shortened.tolist(), strict=True):
+        lanes = self.at([X[: self.steps.given]], [march.memory])
+        lanes.largest[:, 0] = [getattr(solver, "largest", 0.0) for solver in march.systems]
+        motion, memories, springs, counts = (
+            x[..., 0] if x.ndim > 2 else x for x in self.made(lanes, [np.array(loads)])
+        )
+        for solver, size, more in zip(march.systems, lanes.largest[:, 0], lanes.shortened[:, 0], strict=True):
             if isinstance(solver, NonlinearSystem):
-                solver.largest, solver.shortened = size, solver.shortened + more
-        memories, places = self._memories(remembered[:done]), np.concatenate([x for _, x in self.springs.groups])
-        if len(self.springs.groups) > 1:
-            answers = answers[:, :, np.argsort(places)]
-        made = counts[:done, self.balances]
-        return Stretch(march, ends[:done], motion[:done, :, :n], memories, answers[:done], made, state[:, :n].copy())
+                solver.largest, solver.shortened = float(size), solver.shortened + int(more)
+        kept = self.memories(memories).at((..., 0, slice(None)))
+        return Stretch(march, ends[: len(motion)], motion, kept, springs, counts, lanes.state[:, :n].copy())
 
-    def _memories(self, rows: Array) -> Memory:
-        """Of rows (m, ..) as the kernel has them."""
+    def memories(self, rows: Array) -> Memory:
+        """Of rows (m, ..) as the kernel has them, (m, s, lanes, ..)."""
         found, first = list[Array](), 0
         for law, where in self.springs.groups:
-            shape = len(where), len(law.memory)
-            last = first + shape[0] * shape[1]
+            shape = len(where), len(self.runs), len(law.memory)
+            last = first + math.prod(shape)
             found.append(rows[:, first:last].reshape(len(rows), *shape))
             first = last
         return Memory(tuple(found))
+
+
+def takes(run: Run) -> bool:
+    """Whether the kernel takes it: not another internal force, a large structure, nor a solver of the user's."""
+    s, force = run.structure, run.structure.internal
+    if not isinstance(force, RememberingForce) or force.springs is None or force.material is not None:
+        return False
+    if max(s.size, force.springs.size) > SMALL or s.solver not in ("auto", "dense") or not compiles():
+        return False
+    return not any(is_operator(matrix) for matrix in (s.M, s.damping, s.K, force.K))
+
+
+def alike(run: Run, other: Run) -> bool:
+    """Whether two runs that the kernel takes differ in numbers alone, other than those of springs' rows and steps."""
+    one, another = run.structure, other.structure
+    same = step_of(run.scheme, run.h) is step_of(other.scheme, other.h) and one.T.shape == another.T.shape
+    same = same and len(run.loads) == len(other.loads)
+    if not same or any(not np.array_equal(getattr(one.T, x), getattr(another.T, x)) for x in PARTS):
+        return False
+    (springs, K), (others, other_K) = _springs_of(one), _springs_of(another)
+    if (K is None) != (other_K is None) or len(springs.groups) != len(others.groups):
+        return False
+    groups = zip(springs.groups, others.groups, strict=True)
+    rows = springs.compressed, others.compressed
+    return all(x.law.module is y.law.module and np.array_equal(x.where, y.where) for x, y in groups) and all(
+        np.array_equal(getattr(rows[0], x), getattr(rows[1], x)) for x in PARTS
+    )
+
+
+def loads_side_by_side(runs: Sequence[Run], count: int) -> list[Array]:
+    """Of each run the loads (I, count, J) of each system in the first steps; of functions that runs share once."""
+    steps, found, known = step_of(runs[0].scheme, runs[0].h), list[Array](), dict[tuple[int, ...], Array]()
+    for run in runs:
+        key = tuple(id(g) for _, g in run.loads)
+        if key not in known:
+            known[key] = np.array(StructureSteps(run, steps, (), None, None, []).loads(0, count))
+        found.append(known[key])
+    return found
+
+
+def _springs_of(s: Model) -> tuple[Springs, Matrix | None]:
+    """The springs of a structure that the kernel takes, and the linear part of its internal force."""
+    assert isinstance(s.internal, RememberingForce)
+    assert s.internal.springs is not None
+    return s.internal.springs, s.internal.K
 
 
 def _padded(rows: Array) -> Array:
@@ -106,22 +211,42 @@ def _padded(rows: Array) -> Array:
     return found
 
 
-def _by_columns(matrix: Matrix | None, n: int) -> Array:
-    """Transposed, so that columns are contiguous, and padded; 0 for None."""
+def _side_by_side(rows: Sequence[Array]) -> Array:
+    """Of each lane rows (m, n), as rows (m, n lanes), padded."""
+    return _padded(np.stack(rows, axis=-1).reshape(len(rows[0]), -1))
+
+
+def _dense(matrix: Matrix | None, n: int) -> Array:
+    """0 for None."""
     if matrix is None:
-        return _padded(np.zeros((n, n)))
-    return _padded(np.array(matrix.toarray() if hasattr(matrix, "toarray") else matrix, dtype=np.float64).T)
+        return np.zeros((n, n))
+    return np.asarray(matrix.toarray() if hasattr(matrix, "toarray") else matrix, dtype=np.float64)
 
 
-def _spans(columns: Array) -> NDArray[np.int64]:
-    """Of each four rows the first column in which they have an entry, and that after the last one (m/4, 2)."""
-    used = (columns != 0.0).reshape(len(columns), -1, 4).any(axis=2).T
-    ends = np.stack([used.argmax(axis=1), used.shape[1] - used[:, ::-1].argmax(axis=1)], axis=1)
-    return np.where(used.any(axis=1)[:, None], ends, 0)
+def _blocks(matrices: Array) -> tuple[Any, ...]:
+    """Of matrices (lanes, Q, n, n) for each four numbers of a vector side by side where blocks begin, places, entries.
+
+    A block is what multiplies one number of another vector; or four of them, one in each of four lanes.
+    """
+    L, Q, n, _ = matrices.shape
+    rows = np.zeros((Q, -(-n * L // 4) * 4, n))
+    rows[:, : n * L] = np.moveaxis(matrices, 0, 2).reshape(Q, n * L, n)
+    by_four = rows.reshape(Q, -1, 4, n)
+    q, r, column = np.nonzero(by_four.any(axis=2))
+    count = np.zeros((Q, by_four.shape[1]), np.int64)
+    np.add.at(count, (q, r), 1)
+    ends = np.cumsum(count).reshape(count.shape)
+    first = np.concatenate([np.append(0, ends[:-1, -1])[:, None], ends], axis=1)
+    places = column * L + (4 * r % L if L > 1 else 0)
+    return first, places, by_four[q, r, :, column].ravel()
 
 
-def _plan(steps: Steps, of_rate: bool, held: bool, matrices: Array) -> tuple[Any, ...]:
-    """What the kernel takes as `plan`. held: whether the internal force has a linear part."""
+@lru_cache(64)  # many structures take the same steps
+def _plan(steps: Steps, of_rate: bool, held: bool) -> tuple[tuple[Any, ...], list[Array]]:
+    """What the kernel takes as `plan`, and of each system how the four matrices count for its unknown.
+
+    held: whether the internal force has a linear part.
+    """
     V, systems = steps.vectors, steps.systems
     by_system = [list(system.forces) for system in systems]
     every = [(force, system) for system, forces in zip(systems, by_system, strict=True) for force in forces]
@@ -129,7 +254,7 @@ def _plan(steps: Steps, of_rate: bool, held: bool, matrices: Array) -> tuple[Any
         [s.inertia, s.damping, s.stiffness, sum((f.w * f.u for f in s.forces), np.zeros(V)) * held] for s in systems
     ]
     rows = np.reshape(rows, (-1, 4, V))
-    linear = np.array([np.einsum("m,mij->ij", row[:, s.place], matrices) for row, s in zip(rows, systems, strict=True)])
+    shares = [row[:, s.place] for row, s in zip(rows, systems, strict=True)]
     iterated = [s.moves_force(of_rate) for s in systems]
     shown = [max(s.displacements, key=lambda row, s=s: abs(row[s.place]), default=np.zeros(V)) for s in systems]
     velocity = [s.velocity if s.forces else np.zeros(V) for s in systems]
@@ -144,11 +269,11 @@ def _plan(steps: Steps, of_rate: bool, held: bool, matrices: Array) -> tuple[Any
     u, v, since = (np.array(x) for x in zip(*commits, strict=True))
     used = np.array([row[:, : s.place].any(axis=1) for row, s in zip(rows, systems, strict=True)])
     return (
-        rows, used, linear, np.array([_spans(A) for A in linear]), np.array(iterated), np.array(shown),
-        np.array(velocity), _firsts(by_system), forces, slopes, _firsts([s.commits for s in systems]),
-        np.array([u, v]), since,
+        rows, used, np.array(iterated), np.array(shown), np.array(velocity), _firsts(by_system), forces, slopes,
+        _firsts([[*s.commits, *[None] * (s is systems[-1])] for s in systems]), np.array([u, v]), since,
         np.array([_answered(steps, of_rate, k, *commit) for k, commit in enumerate(commits)], np.int64),
-    )  # fmt: skip
+        np.array([_first_like(row, steps.report) for row in steps.out], np.int64),
+    ), shares  # fmt: skip
 
 
 def _answered(steps: Steps, of_rate: bool, level: int, u: Array, v: Array, since: float) -> int:
@@ -173,14 +298,53 @@ def _firsts(parts: Sequence[Sequence[Any]]) -> NDArray[np.int64]:
     return np.array([0, *accumulate(map(len, parts))], np.int64)
 
 
-def _springs(springs: Springs) -> tuple[Any, ...]:
-    """B in compressed rows, and the laws, as the kernel takes them: springs group by group."""
-    B = springs.compressed[np.concatenate([where for _, where in springs.groups])]
-    tables = [law.table((len(where),)) for law, where in springs.groups]
-    kept = [range(len(where) * len(law.memory)) for law, where in springs.groups]
-    laws = (
-        np.array([address(law.module.evaluate) for law, _ in springs.groups]),
-        _firsts([where for _, where in springs.groups]), _firsts([table.ravel() for table in tables]),
-        _firsts(kept), np.concatenate([table.ravel() for table in tables]),
+def _room(steps: Steps, springs: Springs, n: int, lanes: int) -> tuple[Any, ...]:
+    """What the kernel writes in: X, the next state and memories; vectors; those of Newton's iteration, and numbers and
+    marks of lanes; the springs' answers to the forces, and their numbers; factors; and what is counted in a step."""
+    V, count, S = steps.vectors, len(steps.systems), len(steps.out)
+    F = max(sum(len(s.forces) for s in steps.systems), 1)
+    k = sum(len(where) * lanes * len(law.memory) for law, where in springs.groups)
+    width, size, k = (-(-x // 4) * 4 for x in (n * lanes, springs.size * lanes, k))
+
+    def zeros(many: int, *shape: int, kind: Any = np.float64) -> tuple[Array, ...]:
+        return tuple(np.zeros(shape, kind) for _ in range(many))
+
+    levels = 2 + sum(len(s.commits) for s in steps.systems)
+    factors = np.zeros((count, lanes, KEPT, springs.size)), np.zeros((count, lanes, KEPT, n, n))
+    orders = np.zeros((count, lanes, KEPT, n), np.int64), np.zeros((count, lanes, KEPT, n, 2), np.int64)
+    spans = np.tile(np.array([n, 0]), (count, n, 1))  # of no column yet
+    in_use = (
+        np.zeros((count, n, n * lanes)),
+        np.zeros((count, n, lanes), np.int64),
+        spans,
+        np.full((count, size), np.nan),
+    )
+    return (
+        (*zeros(1, V, width), *zeros(1, S, width), *zeros(1, levels, k)), zeros(3, width),
+        (zeros(7, width), zeros(15, lanes), (*zeros(1, lanes, kind=np.int64), *zeros(4, lanes, kind=np.bool_))),
+        (*zeros(1, F, 4, size), *zeros(1, F, size), *zeros(5, size), *zeros(1, F, k)),
+        (*factors, *orders, *zeros(1, count, lanes, 2, kind=np.int64), *in_use, *zeros(1, count, kind=np.bool_)),
+        (*zeros(1, count, lanes, kind=np.int64), *zeros(1, count, lanes), *zeros(1, 1)),
     )  # fmt: skip
-    return (B.indptr.astype(np.uint64), B.indices.astype(np.uint64), B.data), laws  # unsigned: none is below 0
+
+
+def _first_like(row: Array, rows: Array) -> int:
+    """The number of the first of the rows that is this one, -1 where none is."""
+    return next((k for k, other in enumerate(rows) if np.array_equal(other, row)), -1)
+
+
+def _springs(every: Sequence[Springs]) -> tuple[Any, ...]:
+    """B in compressed rows, and the laws, as the kernel takes them: springs group by group, and of each its lanes."""
+    springs, L = every[0], len(every)
+    B = springs.compressed[np.concatenate([where for _, where in springs.groups])]
+    laws = zip(*([law for law, _ in one.groups] for one in every), strict=True)
+    counts = [len(where) for _, where in springs.groups]
+    tables = [
+        np.stack([law.table((count,)) for law in of], axis=1).ravel() for of, count in zip(laws, counts, strict=True)
+    ]
+    kept = [range(L * len(where) * len(law.memory)) for law, where in springs.groups]
+    laws = (
+        np.array([address(law.module.evaluate) for law, _ in springs.groups]), _firsts([range(L * n) for n in counts]),
+        _firsts(tables), _firsts(kept), np.concatenate(tables),
+    )  # fmt: skip
+    return (B.indptr.astype(np.int64), B.indices.astype(np.int64), B.data), laws

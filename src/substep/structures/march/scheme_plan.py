@@ -92,7 +92,7 @@ class System:
         return total
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Steps:
     """A plan with numbers. given: how many vectors there are before; out: rows of the new state; report: of u, v, a.
 
