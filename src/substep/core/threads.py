@@ -14,9 +14,12 @@ PIECES = 8  # into which the work of each core is split: others take over the pi
 
 def cores() -> int:
     """How many cores this process may use, or fewer for what runs inside `at_most`."""
-    there = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     most = _most.get()
-    return there if most is None else min(there, most)
+    return _there() if most is None else min(_there(), most)
+
+
+def _there() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @contextmanager

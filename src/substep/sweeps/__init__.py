@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Generator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -19,7 +22,7 @@ from ..core.memory import require_memory
 from ..core.progress import shown
 from ..core.scenes import Scene
 from ..core.schemes import Scheme
-from ..core.threads import at_most
+from ..core.threads import at_most, cores
 from ..marching.run import require_in_order
 from ..run.axes import Keep
 from ..structures.structure import Modes, Structure
@@ -121,7 +124,7 @@ def sweep(
         samples = None
     shared: dict[str, Any] = {"dt": dt, "tol": tol, "t_end": t_end, "keep": keep, "samples": samples}
     shared |= {"energy_bound": energy_bound, "a0": a0, "load": load, "device": device}
-    cores = None if workers is None else whole("workers", workers, 1, "cores", "leave it out for all")
+    most = None if workers is None else whole("workers", workers, 1, "cores", "leave it out for all")
     if client is None:
         found(device)
     if isinstance(scene, Structure | list | tuple):
@@ -141,7 +144,7 @@ def sweep(
     if store is not None:
         todo = [chunk for chunk in todo if not store.is_done(chunk)]
     room = targets if store is None else None
-    blocks = _here(plan, todo, room, cores) if client is None else run_on(client, plan, todo)
+    blocks = _here(plan, todo, room, most) if client is None else run_on(client, plan, todo)
     left = {chunk.first: chunk for chunk in todo}
 
     def result(interrupted: bool) -> xarray.Dataset:
@@ -164,6 +167,7 @@ def sweep(
     return result(interrupted=False)
 
 
+ROUNDS = 2  # chunks a core, from which on cores run chunks of their own, with all that is around their kernels
 Blocks = Generator[tuple[Chunk, Results]]
 
 
@@ -186,13 +190,38 @@ def _targets(variables: Mapping[str, Variable], shape: tuple[int, ...]) -> dict[
 def _here(
     plan: SweepPlan, chunks: Sequence[Chunk], targets: Mapping[str, Array] | None, workers: int | None
 ) -> Blocks:  # fmt: skip
-    """Run the chunks one after another; targets: in which their results may be put at once."""
-    for chunk in chunks:
+    """Run the chunks: many each on one core, or few one after another, each on all cores, as on a GPU.
+
+    targets: in which their results may be put at once.
+    """
+    with at_most(workers):
+        together = cores()
+    if len(chunks) < ROUNDS * together or found(plan.device) or not plan.in_threads:
+        together = 1
+
+    def run(chunk: Chunk) -> Results:
         places = {name: target[chunk.where] for name, target in (targets or {}).items()}  # contiguous, as points are
         room = {name: x.reshape(-1, *x.shape[len(plan.shape) :]) for name, x in places.items()}
-        with on(plan.device), at_most(workers):
-            results = plan.run(chunk.first, chunk.last, room)
-        yield chunk, results
+        with on(plan.device), at_most(workers if together == 1 else 1):
+            return plan.run(chunk.first, chunk.last, room)
+
+    if together == 1:
+        yield from ((chunk, run(chunk)) for chunk in chunks)
+        return
+    with ThreadPoolExecutor(together) as pool:
+        waiting, running = iter(chunks), deque[tuple[Chunk, Future[Results]]]()
+        try:
+            while True:
+                running.extend(
+                    (chunk, pool.submit(run, chunk)) for chunk in islice(waiting, together + 1 - len(running))
+                )
+                if not running:
+                    return
+                chunk, results = running.popleft()
+                yield chunk, results.result()
+        finally:
+            for _, results in running:
+                results.cancel()
 
 
 def _fill(

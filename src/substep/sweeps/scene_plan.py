@@ -132,6 +132,11 @@ class ScenePlan(SweepPlan):
         return make_scene(info, ones, self.a0, self.load)
 
     @property
+    def in_threads(self) -> bool:
+        """See `SweepPlan.in_threads`."""
+        return is_known(self.load)
+
+    @property
     def oscillator(self) -> bool:
         """Whether the scene is a linear oscillator, which the linear march runs."""
         return self.scene_of_one.info.oscillator is not None

@@ -82,6 +82,11 @@ class SweepPlan(Asked, ABC):
     def attrs(self) -> dict[str, Any]:
         """The attributes of the Dataset: what is the same in all points."""
 
+    @property
+    def in_threads(self) -> bool:
+        """Whether chunks may be run by several threads at once: no function of the user's is called."""
+        return False
+
     def about(self, axis: Axis) -> dict[str, str]:
         """The attributes of an axis: none where units are any that are consistent."""
         del axis
