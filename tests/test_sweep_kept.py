@@ -31,7 +31,7 @@ def test_chunks_cover_every_point_once_in_c_order(lanes: int, monkeypatch: pytes
     monkeypatch.setattr(scene_plan, "LANE_STEPS", {True: lanes * 20.0, False: 0.0})
     args = {**OSCILLATOR, "keep": "final"}
     load, dt, t_end, keep = (args.pop(k) for k in ("load", "dt", "t_end", "keep"))
-    given = dt, None, t_end, keep, None, None, None, load, "cpu"
+    given = dt, None, t_end, keep, None, None, None, load, "cpu", "float64"
     made = scene_plan.planned("linear_oscillator", "newmark_bdf2", *given, args)
     seen, flat = [], np.arange(48).reshape(made.shape)
     for chunk in made.chunks(made.piece(cluster=False)):

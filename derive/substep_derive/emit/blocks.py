@@ -95,7 +95,7 @@ def _march(body: Body, step: StepText, arguments: Sequence[str]) -> str:
         leaving=", ".join(leaving),
         results=_results(body, rows),
         rows=len(rows) + len(reported),
-        first_extreme=len(rows),
+        extreme=len(rows),
         counts=fill(BLOCK_COUNTS, balances=len(body.scheme.balances)) if iterated else "",
         allocate=placed((f"{name} = rows[{k}]" for k, name in enumerate(rows)), 1),
         read=placed(read, 2),

@@ -249,14 +249,14 @@ def _leave(rows, leaves, of_lane, runs, begin, end, place, state, extremes, peak
             newton[lane, 1, 0] = max(common[1, 0], rows[46, j])
             newton[lane, 0, 1] = common[0, 1] + rows[49, j]
             newton[lane, 1, 1] = max(common[1, 1], rows[50, j])
-            for r in range(extremes.shape[1]):
-                extremes[lane, r] = rows[51 + r, j]
+            for number in range(extremes.shape[1]):
+                extremes[lane, number] = rows[51 + number, j]
     if other >= 0:
         for j in range(begin, end):
             if leaves[j] > 0.0:
                 of_lane[j] = of_lane[other]
-                for r in range(rows.shape[0]):
-                    rows[r, j] = rows[r, other]
+                for number in range(rows.shape[0]):
+                    rows[number, j] = rows[number, other]
     return other >= 0
 
 
@@ -343,8 +343,8 @@ def _block(lane0, lane1, h, EA_, L_, m_, tolerance, state, bound, first, n, stri
         a_0_x[j] = state[lane, 2, 0]
         a_0_y[j] = state[lane, 2, 1]
         peak_row[j] = -np.inf
-        for r in range(extremes.shape[1]):
-            rows[51 + r, j] = extremes[lane, r]
+        for number in range(extremes.shape[1]):
+            rows[51 + number, j] = extremes[lane, number]
     for j in range(begin, end):
         c0[j] = (1/2)*h_row[j]
         c1[j] = (1/16)*h_row[j]**2
@@ -527,9 +527,9 @@ def _block(lane0, lane1, h, EA_, L_, m_, tolerance, state, bound, first, n, stri
             common[0, 1] += passes_1
             common[1, 1] = max(common[1, 1], passes_1)
         if (i + 1) % stride == 0:
-            for r in range(extremes.shape[1]):  # the first rows are u, then v and a
+            for number in range(extremes.shape[1]):  # the first rows are u, then v and a
                 for j in range(begin, end):
-                    rows[51 + r, j] = max(rows[51 + r, j], abs(rows[r, j])) + 0.0
+                    rows[51 + number, j] = max(rows[51 + number, j], abs(rows[number, j])) + 0.0
             if (i + 1) // stride < out.shape[1]:
                 for j in range(begin, end):
                     if runs[j]:

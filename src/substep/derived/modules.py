@@ -6,6 +6,7 @@ For what the catalogue names, SymPy and its declarations are imported only where
 from collections.abc import Mapping
 from fractions import Fraction
 from functools import cache
+from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -164,6 +165,17 @@ def filter_in_threads(order: int, followed: int) -> ModuleType:
         return filter_threads(order, followed)
 
     return cached_module(f"threads filter {order} {followed}", text)
+
+
+def in_single_precision(module: ModuleType) -> ModuleType:
+    """A module of kernels in single precision: from the cache, or printed now from the text of that module."""
+
+    def text() -> str:
+        from substep_derive.emit.single import in_single  # noqa: PLC0415
+
+        return in_single(Path(module.__file__ or "").read_text(encoding="utf-8"))
+
+    return cached_module(f"single {module.__name__}", text)
 
 
 def march_module(name: str, K: int) -> ModuleType:

@@ -5,11 +5,10 @@ response, whose coefficients are derived with the scheme. It needs half the oper
 """
 
 from collections.abc import Callable
-from functools import cache
 
 import numpy as np
 
-from ..core import device
+from ..core import device, single
 from ..core.arrays import Array
 from ..core.coefficients import transfer_rows
 from ..core.loads import Load, Record
@@ -72,6 +71,7 @@ def filter_peaks(T: Array, order: int, f: Array, followed: int) -> Array:
         device.peaks_of_filter(order, followed)(T, f, peak, 0, P)
         return peak
     kernel, width = _kernel(order, followed)
+    f = single.rounded(f)
 
     def part(first: int, last: int) -> None:
         kernel(T, f, peak, first, last)
@@ -80,9 +80,8 @@ def filter_peaks(T: Array, order: int, f: Array, followed: int) -> Array:
     return peak
 
 
-@cache
 def _kernel(order: int, followed: int) -> tuple[Callable[..., None], int]:
     """The kernel for a filter of that order that follows u, or u, v and a; and how many lanes it takes at once."""
     from substep_kernels.marches import linear_filter  # noqa: PLC0415 (numba on first use)
 
-    return getattr(linear_filter, f"peaks_{order}_{followed}"), linear_filter.WIDTH
+    return getattr(single.here(linear_filter), f"peaks_{order}_{followed}"), linear_filter.WIDTH

@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core import coefficients, device
+from ..core import coefficients, device, single
 from ..core.arrays import Array, read_only
 from ..core.kernel_modules import committed
 from ..core.loads import Load, LoadLanes, Record, values_at
@@ -146,8 +146,8 @@ def prepared(
     if absolute:
         shape, absolute_C = absolute_rows(scheme, C, o, loads.K)
         head = head and replace(head, out=with_absolute(o, head.out))
-        return _Run(*_here(shape, loads.K), absolute_C, x, loads, first, head)
-    return _Run(*_here(shape, loads.K), C, x, loads, first, head)
+        return _Run(*_here(shape, loads.K), single.rounded(absolute_C), x, loads, first, head)
+    return _Run(*_here(shape, loads.K), single.rounded(C), x, loads, first, head)
 
 
 def _coefficients(scheme: Scheme, Omega: Array, o: Oscillators, stencil: Array | None = None) -> Array:
@@ -207,12 +207,19 @@ def _kernels(name: str, K: int) -> tuple[Callable[..., None], Callable[..., None
         from ..derived.modules import march_module  # noqa: PLC0415 (the one door to SymPy)
 
         module = march_module(name, K)
+    module = single.here(module)
     return getattr(module, f"march_{K}"), getattr(module, f"run_{K}"), module.WIDTH
+
+
+@cache
+def _kernels_in_single(name: str, K: int) -> tuple[Callable[..., None], Callable[..., None], int]:
+    """The same in single precision, called where that is asked for."""
+    return _kernels.__wrapped__(name, K)
 
 
 def _here(name: str, K: int) -> tuple[Callable[..., None], Callable[..., None], int]:
     """The same, where many lanes are threads of a GPU if that is asked for; the CPU is faster at one."""
-    many, one, width = _kernels(name, K)
+    many, one, width = (_kernels_in_single if single.is_on() else _kernels)(name, K)
     return (device.march_of_shape(name, K), one, ON_DEVICE) if device.is_on() else (many, one, width)
 
 
@@ -297,6 +304,7 @@ def _in_blocks(
         shared, loaded, together, most = loads.of_all(0, n), 0, P, n
     else:
         loads, loaded, together, most = loads.beforehand(n), LOADED, r.width * BLOCKS, LOADED
+    shared = tuple(map(single.rounded, shared))
 
     def part(first: int, last: int) -> None:
         for lane in range(first, last, together):
@@ -364,13 +372,13 @@ def _alone(
         _rows_of_head(r, stride, lanes, slice(j, j + 1))
         lanes.n_done[j], lanes.status[j] = r.head.n_done[0], r.head.status[0]
     direct = stride == 1 and lanes.out.shape[2] == 1 and len(lanes.out) > 0
-    done, x, C = r.first, r.x[:, 0].copy(), r.C[:, 0].copy()
+    done, x, C = r.first, single.rounded(r.x[:, 0].copy()), r.C[:, 0].copy()
     most = n if direct and r.loads.at_hand else min(n, CHUNK)
     room = np.empty((0 if direct else most, 3))
     while done < n and lanes.status[j] == COMPLETED:
         end = min(n, done + most)
         rows = lanes.out[done + 1 : end + 1, :, 0] if direct else room[: end - done]
-        r.march_one(C, x, *r.loads.of_all(done, end), rows)
+        r.march_one(C, x, *map(single.rounded, r.loads.of_all(done, end)), rows)
         lanes.n_done[j] = end
         if not all(map(math.isfinite, rows[-1].tolist())):
             good = int(np.argmin(np.isfinite(rows).all(axis=1)))

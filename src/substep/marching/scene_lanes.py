@@ -10,7 +10,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core import device
+from ..core import device, single
 from ..core.arrays import Array, copy_rows
 from ..core.kernel_modules import committed, printed
 from ..core.loads import LoadLanes
@@ -117,7 +117,8 @@ def march_lanes(
     if scene.info.memory:
         memory = _of_lanes(scene.memory0 if memory is None else memory, (P, len(scene.info.memory)))
     more = 0 if memory is None else -(-memory.shape[1] // u.shape[1])  # rows of as many numbers as coordinates
-    scalars = {"h": dt, "since": begin.first + begin.origin / dt, "tolerance": TOLERANCE * scene.length, "bound": bound}
+    scalars = {"h": dt, "since": begin.first + begin.origin / dt, "bound": bound}
+    scalars["tolerance"] = (single.TOLERANCE if single.is_on() else TOLERANCE) * scene.length
     scalars |= printed({**scene.parameters, **scheme.parameters})
     arrays: dict[str, Any] = {
         **{name: _of_lanes(x, (P,)) for name, x in scalars.items()},
@@ -139,7 +140,8 @@ def march_lanes(
         stencil, at_start = (_columns(f(*values), P) for f in (module.stencil, module.start_stencil))
         every = np.arange(begin.first, begin.first + steps)[:, None]
         own = slice(1 if _share_loads(scene, scheme, dt) else None)
-        arrays["forces"] = scene.forces(begin.origin + (every + stencil[own, None]) * dt[own, None, None])
+        at = begin.origin + (every + stencil[own, None]) * dt[own, None, None]
+        arrays["forces"] = single.rounded(scene.forces(at))
         arrays["start_forces"] = scene.forces(begin.origin + (begin.first + at_start) * dt[:, None])
     head = None
     if begin.rows is not None:
@@ -291,8 +293,9 @@ def _run(
 
     threads: the march in the threads of a GPU, which takes all of them.
     """
-    few = lanes < FEW
-    march, least, cost = (module.march, 1, 100) if few else (module.march_block, LEAST, 4)  # ns a step of a lane
+    few = lanes < FEW and not single.is_on()
+    block = single.here(module).march_block
+    march, least, cost = (module.march, 1, 100) if few else (block, LEAST, 4)  # ns a step of a lane
     if threads is not None:
         march, least, cost = threads, max(lanes, 1), 0
     given = [arrays[name] for name in module.ARGUMENTS]

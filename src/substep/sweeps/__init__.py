@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core import single
 from ..core.arrays import Array, named
 from ..core.device import Device, found, on
 from ..core.errors import called_as, whole
@@ -28,7 +29,8 @@ from ..run.axes import Keep
 from ..structures.structure import Modes, Structure
 from .cluster import run_on
 from .draws import drawn, is_distribution, require_drawable
-from .scene_plan import planned
+from .precision import compared
+from .scene_plan import ScenePlan, planned
 from .store import Store
 from .structure_plan import planned_structure
 from .sweep_plan import Chunk, Results, SweepPlan, Variable
@@ -57,6 +59,7 @@ def sweep(
     save: str | Path | None = None,
     client: Client | None = None,
     device: Device = "cpu",
+    dtype: single.Dtype = "float64",
     workers: int | None = None,
     progress: bool = True,
     **axes: Any,
@@ -98,15 +101,21 @@ def sweep(
     is used; the same call again goes on where it was stopped, even by a kill. client: a dask.distributed client, whose
     workers take the chunks. device: "cuda" for the threads of a GPU, a run each, "auto" for a GPU if there is one and
     it can take the runs, which it cannot of a structure; with client, the device of each worker. Results
-    are those of the CPU up to rounding, or the tolerance of Newton's iteration. workers: the most cores that this
-    process uses, by threads; by default all. progress: a bar on the terminal once it has taken a second. Ctrl-C returns
-    what is done, with attrs["interrupted"] = 1.
+    are those of the CPU up to rounding, or the tolerance of Newton's iteration. dtype: "float32" marches in single
+    precision, with twice the lanes at once; up to 64 runs, and as many of those that failed, are made in double
+    precision too. Then attrs say how many digits remain of the variable that keeps fewest, float32_digits, how many of
+    the runs compared, float32_compared, ended at another step or with another status, float32_differ, and of each
+    variable the largest error found, relative to the largest value of the run (of all runs compared, for "final"),
+    float32_error. A warning says so where fewer than three digits remain or a run differs. Values are stored as
+    float64. workers: the most cores that this process uses, by threads; by default all. progress: a bar on the terminal
+    once it has taken a second. Ctrl-C returns what is done, with attrs["interrupted"] = 1.
 
     Raises ValueError, before anything is run, for names and values that do not fit, for both or neither of dt and tol,
     for a scheme that cannot change its step where steps are chosen, for draws outside of what a parameter allows, for
-    t_end that is not a multiple of every dt, and for a save that holds another sweep; ImportError for save where zarr
-    is not installed, and for device="cuda" where numba has no CUDA; RuntimeError where there is no such device. If
-    running raises, the exception's `dataset` is what was done.
+    t_end that is not a multiple of every dt, for a save that holds another sweep, and for float32 of a structure, with
+    tol, with device="cuda" and of a scene whose energies depend on time; ImportError for save where zarr is not
+    installed, and for device="cuda" where numba has no CUDA; RuntimeError where there is no such device. If running
+    raises, the exception's `dataset` is what was done.
 
     >>> ds = ss.sweep("linear_oscillator", "newmark", omega=[1.0, 2.0], dt=[0.1, 0.2, 0.5], t_end=1.0)
     >>> dict(ds.u.sizes)
@@ -128,16 +137,16 @@ def sweep(
     if client is None:
         found(device)
     if isinstance(scene, Structure | list | tuple):
+        single.require_possible(dtype, {"for a structure": True})
         plan = planned_structure(scene, scheme, **shared, save=save, **axes)
     else:
-        plan = planned(scene, scheme, **shared, values=axes)
+        plan = planned(scene, scheme, **shared, dtype=dtype, values=axes)
     variables = plan.variables
     if save is None:
         _require_room(variables, plan.shape)
     shell, piece = plan.template(), plan.piece(client is not None)
     if replicate is not None:
-        shell = shell.assign_coords(replicate=replicate)  # pyright: ignore[reportUnknownMemberType]
-        shell = shell.assign_attrs(replicate.attrs)
+        shell = shell.assign_attrs(replicate.attrs).assign_coords(replicate=replicate)  # pyright: ignore[reportUnknownMemberType]
     store = None if save is None else Store(Path(save), plan, shell, piece)
     targets = _targets(variables, plan.shape) if store is None else store.targets
     todo = plan.chunks(piece if store is None else store.piece)
@@ -150,11 +159,18 @@ def sweep(
     def result(interrupted: bool) -> xarray.Dataset:
         if store is not None:
             store.mark(interrupted)
-            return store.read()
+            return with_digits(store.read())
         for chunk in left.values():
             _reset(targets, variables, chunk)
         found = {name: named((*plan.dims, *v.dims), targets[name], v.attrs) for name, v in variables.items()}
-        return shell.assign(found).assign_attrs(interrupted=int(interrupted))
+        return with_digits(shell.assign(found).assign_attrs(interrupted=int(interrupted)))
+
+    def with_digits(ds: xarray.Dataset) -> xarray.Dataset:
+        if dtype == "float64":
+            return ds
+        assert isinstance(plan, ScenePlan)
+        with at_most(most):
+            return compared(plan, ds)
 
     try:
         _fill(targets, variables, blocks, left, math.prod(plan.shape), progress)
@@ -202,7 +218,7 @@ def _here(
     def run(chunk: Chunk) -> Results:
         places = {name: target[chunk.where] for name, target in (targets or {}).items()}  # contiguous, as points are
         room = {name: x.reshape(-1, *x.shape[len(plan.shape) :]) for name, x in places.items()}
-        with on(plan.device), at_most(workers if together == 1 else 1):
+        with on(plan.device), single.on(plan.dtype), at_most(workers if together == 1 else 1):
             return plan.run(chunk.first, chunk.last, room)
 
     if together == 1:

@@ -4,6 +4,7 @@ from collections.abc import Generator, Sequence
 from itertools import islice
 from typing import Any
 
+from ..core import single
 from ..core.device import on
 from ..core.threads import at_most
 from .sweep_plan import Chunk, Results, SweepPlan
@@ -40,5 +41,5 @@ def run_on(client: Any, plan: SweepPlan, chunks: Sequence[Chunk]) -> Generator[t
 
 def _run(chunk: Chunk, plan: SweepPlan) -> Results:
     """Results of a chunk on one core, in a worker whose other cores run other chunks, or on the worker's device."""
-    with at_most(1), on(plan.device):
+    with at_most(1), on(plan.device), single.on(plan.dtype):
         return plan.run(chunk.first, chunk.last, {})

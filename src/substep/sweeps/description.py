@@ -37,6 +37,7 @@ def description(
         }
     found |= dict(plan.given["step"]) | {"t_end": plan.t_end, "keep": plan.keep}
     found |= {name: np.atleast_1d(x).astype(float).tolist() for name, x in plan.chosen.items()}
+    found |= {} if plan.dtype == "float64" else {"dtype": plan.dtype}
     found |= {} if plan.samples is None else {"samples": plan.samples}
     found |= {} if np.isinf(plan.bound) else {"energy_bound": plan.bound}
     declarations = "".join(map(_declaration_digest, (scheme.kernels, scene.module)))

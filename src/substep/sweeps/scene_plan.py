@@ -17,8 +17,10 @@ from ..core.scene_catalogue import WITH_LAW, checked_parameters, scene_info
 from ..core.scenes import Scene, make_scene
 from ..core.schemes import Scheme, scheme_info
 from ..core.schemes import scheme as make_scheme
+from ..core.single import Dtype, require_possible
 from ..marching.adaptive import ROWS, adaptive_kernels
 from ..marching.linear import LOADED
+from ..marching.scene_lanes import pair_kernels
 from ..run.axes import RESERVED, Axis, Keep, Owner, asked
 from ..run.clock import Control
 from .description import description, name_of
@@ -34,6 +36,7 @@ if TYPE_CHECKING:
 MEMORY = 64e6  # bytes that a chunk takes while it is run
 LANE_STEPS = {True: 5e7, False: 4e6}  # linear march or not -> steps of all lanes of a chunk: about 0.2 s on one core
 ON_DEVICE = 1e9  # the same for a chunk that a GPU runs, whose threads are 10^5 lanes at once
+SINCE = "since"  # an argument of kernels that take the time itself, which would lose its digits in single precision
 CHOSEN_STEPS = 2000  # taken for the number of steps of a run that chooses them
 FOR_A_CLUSTER = 2e6  # fewest such steps of a chunk for another process: sending it must take little of the time
 
@@ -104,14 +107,18 @@ class ScenePlan(SweepPlan):
 
     def run(self, first: int, last: int, room: Results) -> Results:
         """See `SweepPlan.run`."""
+        return self.at(np.arange(first, last), room)
+
+    def at(self, points: NDArray[np.int64], room: Results) -> Results:
+        """The same of any points."""
         found: Results = {}
-        for places, scene, scheme, step in self.groups(np.arange(first, last)):
-            whole = len(places) == last - first
+        for places, scene, scheme, step in self.groups(points):
+            whole = len(places) == len(points)
             group = march_group(self, scene, scheme, step, len(places), room if whole else {})
             if whole:
                 return group
             for name, values in group.items():
-                found.setdefault(name, np.empty((last - first, *values.shape[1:]), values.dtype))[places] = values
+                found.setdefault(name, np.empty((len(points), *values.shape[1:]), values.dtype))[places] = values
         return found
 
     @cached_property
@@ -214,7 +221,7 @@ class ScenePlan(SweepPlan):
 def planned(
     scene: "Scene | str | SceneDeclaration", scheme: "Scheme | str | Declaration", dt: ArrayLike | None,
     tol: ArrayLike | None, t_end: float, keep: Keep, samples: int | None, energy_bound: float | None,
-    a0: ArrayLike | str | None, load: Load | None, device: Device, values: dict[str, Any],
+    a0: ArrayLike | str | None, load: Load | None, device: Device, dtype: Dtype, values: dict[str, Any],
 ) -> ScenePlan:  # fmt: skip
     """The checked plan of the arguments of `sweep`. Raises ValueError before anything is run."""
     of_handle: Mapping[str, Any] = {}
@@ -240,9 +247,13 @@ def planned(
         load = replace(load, **own)  # type: ignore[type-var]
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
     samples = int(samples) if isinstance(samples, np.integer) else samples
+    refused = {"where runs choose their steps": dt is None, "with device='cuda'": device == "cuda"}
+    require_possible(dtype, refused)
+    device = "cpu" if dtype == "float32" else device
     plan = ScenePlan(
-        **vars(request), samples=samples, bound=bound, device=device, scene=of_scene.source, a0=a0, load=load
-    )
+        **vars(request), samples=samples, bound=bound, device=device, dtype=dtype, scene=of_scene.source, a0=a0,
+        load=load,
+    )  # fmt: skip
     _check(plan)
     return plan
 
@@ -273,6 +284,9 @@ def _check(plan: ScenePlan) -> None:
     if plan.by_tol:
         _check_chosen(plan)
         return
+    if plan.dtype == "float32" and not plan.oscillator:
+        timed = SINCE in pair_kernels(plan.scene_of_one, plan.scheme_of_all).SCALARS
+        require_possible("float32", {"for a scene whose energies depend on time": timed})
     swept_dt = any(axis.owner == "step" for axis in plan.axes)
     if plan.samples is None:
         if swept_dt and plan.keep == "history":

@@ -16,6 +16,7 @@ import numpy as np
 from ..core.arrays import Array, named
 from ..core.device import Device
 from ..core.response import STATUSES
+from ..core.single import Dtype
 from ..run.axes import Asked, Axis
 
 if TYPE_CHECKING:
@@ -59,12 +60,13 @@ STATUS = Variable.of(
 class SweepPlan(Asked, ABC):
     """A checked sweep as plain data, which is all that a worker is sent.
 
-    samples, device: as in `substep.sweep`. bound: energy in J before which runs end, inf for none.
+    samples, device, dtype: as in `substep.sweep`. bound: energy in J before which runs end, inf for none.
     """
 
     samples: int | None = None
     bound: float = math.inf
     device: Device = "cpu"
+    dtype: Dtype = "float64"
     time_attrs: ClassVar[dict[str, str]] = {"long_name": "time"}
 
     @property

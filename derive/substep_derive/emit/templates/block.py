@@ -16,14 +16,14 @@ def _leave({leaving}):
         elif runs[j]:
             runs[j], lane = False, j - place
 {results}
-            for r in range(extremes.shape[1]):
-                extremes[lane, r] = rows[{first_extreme} + r, j]
+            for number in range(extremes.shape[1]):
+                extremes[lane, number] = rows[{extreme} + number, j]
     if other >= 0:
         for j in range(begin, end):
             if leaves[j] > 0.0:
                 of_lane[j] = of_lane[other]
-                for r in range(rows.shape[0]):
-                    rows[r, j] = rows[r, other]
+                for number in range(rows.shape[0]):
+                    rows[number, j] = rows[number, other]
     return other >= 0
 
 
@@ -46,8 +46,8 @@ def _block(lane0, lane1, {arguments}):
         runs[j] = j - place == lane
         n_done[lane], status[lane] = n[lane], COMPLETED
 {read}
-        for r in range(extremes.shape[1]):
-            rows[{first_extreme} + r, j] = extremes[lane, r]
+        for number in range(extremes.shape[1]):
+            rows[{extreme} + number, j] = extremes[lane, number]
 {constants}    i, ends, left = first, first, 0
     while True:
         if i == ends or left > 0:
@@ -79,9 +79,9 @@ def _block(lane0, lane1, {arguments}):
             if not {leave}:
                 return
 {count}        if (i + 1) % stride == 0:
-            for r in range(extremes.shape[1]):  # the first rows are u, then v and a
+            for number in range(extremes.shape[1]):  # the first rows are u, then v and a
                 for j in range(begin, end):
-                    rows[{first_extreme} + r, j] = max(rows[{first_extreme} + r, j], abs(rows[r, j])) + 0.0
+                    rows[{extreme} + number, j] = max(rows[{extreme} + number, j], abs(rows[number, j])) + 0.0
             if (i + 1) // stride < out.shape[1]:
                 for j in range(begin, end):
                     if runs[j]:
