@@ -73,9 +73,8 @@ def spectral_radius(scheme: SchemeRecord, Omega: Any, xi: Any, out: Any = None) 
     (shape,) = shapes
     radius = numba_cuda().device_array(shape) if out is None else _of_device("out", out)
     if isinstance(radius, float) or radius.shape != shape:
-        raise ValueError(
-            f"expected out of the shape {shape} on the device, got {np.shape(out)}; make one so, or give none"
-        )
+        got = () if isinstance(radius, float) else radius.shape
+        raise ValueError(f"expected out of the shape {shape} on the device, got {got}; make one so, or give none")
     flat = [x.reshape(x.size) if is_array else x for x, is_array in zip(given, there, strict=True)]
     numbers = [float(x) for x in scheme.kernel_parameters]
     blocks = -(-radius.size // (THREADS * POINTS))
