@@ -1,11 +1,14 @@
 """A layout is a row: its march is printed from the same step as those of the layouts that there are."""
 
+import ast
 from collections.abc import Sequence
 
 import numpy as np
 import plain_kernels
 import pytest
 from declared import BY_NAME
+from substep_derive.declare.catalogue import find_scene
+from substep_derive.emit.first_use import catalogue_pair
 from substep_derive.emit.one_lane import ONE_LANE
 from substep_derive.emit.pair_module import LAYOUTS, pair_module
 from substep_derive.emit.printing import lines, placed
@@ -13,6 +16,7 @@ from substep_derive.emit.step_text import Layout, StepText
 from substep_derive.emit.templates.step import NEWTON
 from substep_derive.kernels.body import Body
 from substep_derive.motion.effective import effective_systems
+from substep_derive.motion.equations import EquationsOfMotion
 
 FIRST_STEP = """
 
@@ -77,3 +81,16 @@ def test_a_layout_that_keeps_a_lane_in_an_array_makes_the_same_step(scheme: str,
     assert results["status"][0] == kernels.COMPLETED
     assert np.array_equal(out[0, 1].ravel(), reported)
     assert results["peak"][0] == energy
+
+
+@pytest.mark.parametrize("scene", ["rotating_hoop", "double_pendulum", "mass_on_floor"])
+def test_what_a_block_counts_by_is_no_variable_of_a_step(scene: str) -> None:
+    """A name that is a number of the step, and counts rows elsewhere in the function, has two types and no kernel."""
+    text = catalogue_pair(BY_NAME["newmark"], EquationsOfMotion(find_scene(scene)))
+    (block,) = (x for x in ast.parse(text).body if isinstance(x, ast.FunctionDef) and x.name == "_block")
+    counted = {x.target.id for x in ast.walk(block) if isinstance(x, ast.For) and isinstance(x.target, ast.Name)}
+    given = [target for x in ast.walk(block) if isinstance(x, ast.Assign) for target in x.targets]
+    assert counted
+    assert not counted & {
+        x.id for target in given for x in ast.walk(target) if isinstance(x, ast.Name) and isinstance(x.ctx, ast.Store)
+    }
