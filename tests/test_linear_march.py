@@ -32,7 +32,8 @@ LOADED = {"free": None, "record": ss.Record(DT, np.sin(np.arange(9.0))), "functi
 
 
 @cache
-def kernels_of(name: str, K: int) -> tuple[object, object, int]:
+def kernels_of(name: str, K: int, in_single: bool) -> tuple[object, object, int]:
+    assert not in_single
     module = plain(march_module(shape_of(name), (K,)))
     return getattr(module, f"march_{K}"), getattr(module, f"run_{K}"), WIDTH
 
@@ -273,12 +274,13 @@ def test_a_shape_that_no_scheme_of_the_catalogue_has_is_printed_on_first_use(
 ) -> None:
     tmp_path.chmod(0o700)
     monkeypatch.setenv("SUBSTEP_CACHE", str(tmp_path))
-    march, run, width = linear._kernels.__wrapped__(name, K)
+    march, run, width = linear._kernels.__wrapped__(name, K, False)
     assert width == WIDTH
     assert march.__name__ == f"march_{K}"
     assert run.__name__ == f"run_{K}"
     assert len(list(tmp_path.glob("*.py"))) == 1
-    assert linear._kernels.__wrapped__(name, K)[0] is march
+    assert linear._kernels.__wrapped__(name, K, False)[0] is march
+    assert linear._kernels.__wrapped__(name, K, True)[2] == 2 * WIDTH  # as many registers
 
 
 @pytest.mark.parametrize("stride", [1, 3])

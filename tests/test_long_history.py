@@ -72,7 +72,8 @@ def plain_scheme(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
     handle = ss.scheme(multi_step(*request.param))
     module = uncompiled(text_of(handle.kernels))
 
-    def kernels(name: str, K: int) -> tuple[object, object, int]:
+    def kernels(name: str, K: int, in_single: bool) -> tuple[object, object, int]:
+        assert not in_single
         march = uncompiled(march_module(shape_of(name), (K,)))
         return getattr(march, f"march_{K}"), getattr(march, f"run_{K}"), march.WIDTH
 

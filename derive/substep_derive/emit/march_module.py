@@ -12,6 +12,7 @@ from typing import Any
 from ..declare.names import entry_name
 from ..kernels.march_shape import Shape
 from .printing import fill, placed, wrapped
+from .single import in_single
 from .templates.decorators import COMPILE_AND_INNER
 from .templates.march import MARCH, MARCH_HEADER, RUN, RUN_AHEAD, STORE, STRETCH
 from .templates.thread import COMPILE_KERNEL, MARCH_THREADS
@@ -24,11 +25,16 @@ INLINE = 12  # most multiply-adds of a step of one lane that hide behind the cha
 BLOCKS = 10  # blocks of one stretch of a history's rows, whose numbers fit the second cache
 
 
-def march_module(shape: Shape, loads: Iterable[int]) -> str:
-    """Text of the module of a shape, without its banner."""
-    s = _Shape(shape, 2)
-    head = fill(MARCH_HEADER, reported=", ".join(s.reported), m=s.m, width=WIDTH, blocks=BLOCKS, ahead=AHEAD)
-    return head + COMPILE_AND_INNER + fill(STORE) + WIDEST + "".join(_Shape(shape, K).kernels() for K in loads)
+def march_module(shape: Shape, loads: Iterable[int], width: int = WIDTH) -> str:
+    """Text of the module of a shape, without its banner; width: lanes of a block."""
+    s = _Shape(shape, 2, width)
+    head = fill(MARCH_HEADER, reported=", ".join(s.reported), m=s.m, width=width, blocks=BLOCKS, ahead=AHEAD)
+    return head + COMPILE_AND_INNER + fill(STORE) + WIDEST + "".join(_Shape(shape, K, width).kernels() for K in loads)
+
+
+def march_in_single(shape: Shape, K: int) -> str:
+    """The same in single precision, for K load instants, with as many registers."""
+    return in_single(march_module(shape, (K,), 2 * WIDTH))
 
 
 def march_threads(shape: Shape, K: int) -> str:
@@ -44,6 +50,7 @@ def stretch(
     loads: Mapping[str, str],
     step: Callable[[int], str],
     begin: str = "",
+    width: int = WIDTH,
 ) -> str:
     """Text of a function that marches a block through a stretch of steps; lanes stay in registers for at_once of them.
 
@@ -56,7 +63,7 @@ def stretch(
         name=name,
         docstring=doc,
         steps_at_once=at_once,
-        width=WIDTH,
+        width=width,
         moving=", ".join(moving),
         places=", ".join(moving.values()),
         f=", ".join(loads),
@@ -70,10 +77,11 @@ def stretch(
 
 
 class _Shape:
-    """Names in the kernels of a shape with K load instants, and their rows in a block."""
+    """Names in the kernels of a shape with K load instants, and their rows in a block of `width` lanes."""
 
-    def __init__(self, shape: Shape, K: int) -> None:
+    def __init__(self, shape: Shape, K: int, width: int = WIDTH) -> None:
         self.m, places = shape
+        self.width = width
         self.K, self.R = K, sum(place < 0 for place in places)
         self.x, self.y, self.t, self.f = (
             [f"{name}{r}" for r in range(count)] for name, count in (("x", self.m), ("y", self.R), ("t", 3), ("f", K))
@@ -92,7 +100,7 @@ class _Shape:
 
     def at(self, name: str) -> str:
         """Text of the place of a lane's number in its block."""
-        return f"s[{self.row[name] * WIDTH} + j]" if self.row[name] else "s[j]"
+        return f"s[{self.row[name] * self.width} + j]" if self.row[name] else "s[j]"
 
     def sum(self, name: str, i: int, in_block: bool) -> str:
         """Text of row i of D or O times x plus that of B or P times the load."""
@@ -141,7 +149,15 @@ class _Shape:
             ("_peaks", "for the largest |u|, |v|, |a| too", xyt, self.step_with_peaks),
         )
         text = "".join(
-            stretch(f"{name}_{K}", f"March a block n steps from step i on, {what}.", at_once, moving, loads, step)
+            stretch(
+                f"{name}_{K}",
+                f"March a block n steps from step i on, {what}.",
+                at_once,
+                moving,
+                loads,
+                step,
+                width=self.width,
+            )
             for name, what, moving, step in stretches
         )
         inline = (self.m + self.R) * (self.m + K) <= INLINE
@@ -152,7 +168,7 @@ class _Shape:
         return text + fill(
             MARCH + (RUN if inline else RUN_AHEAD),
             **run,
-            K=K, m=self.m, width=WIDTH, steps_at_once=at_once, rows=len(self.row),
+            K=K, m=self.m, width=self.width, steps_at_once=at_once, rows=len(self.row),
             before=self.before, given=len(self.row) - self.before,
             peaks=self.row["t0"], own=self.row["own0"], scales=self.scales_text(),
             x=", ".join(self.x), xyt=", ".join(xyt), at_xyt=", ".join(xyt.values()),
@@ -161,7 +177,7 @@ class _Shape:
             f_at_k=", ".join(f"{F}[i + k]" for F in self.F),
             f_of_lane=", ".join(self.at(f"own{k}") for k in range(K)),
             scaled=", ".join(map(self.scaled_in_block, self.reported)),
-            staged=", ".join(f"rows[{BLOCKS * WIDTH} * (3 * k + {r}) + j]" for r in range(3)),
+            staged=", ".join(f"rows[{BLOCKS * self.width} * (3 * k + {r}) + j]" for r in range(3)),
             at_x_in_block=", ".join(map(self.at, self.x)),
             step=self.step(3), step_with_peaks=self.step_with_peaks(2),
             one=self.one_lane(inline),

@@ -22,9 +22,11 @@ Device = Literal["cpu", "cuda", "auto"]
 
 THREADS = 64  # of a block: few, so that a small number of lanes is spread over all of a GPU's processors
 SHARE = 0.8  # of the device's free memory that one part of the lanes may take
-# of a march of a scene; those below are in steps that it chooses
-RESULTS = "state", "out", "extremes", "iterations", "newton", "peak", "n_done", "status"
-RESULTS += "here", "control", "counts", "times"
+# of a march of a scene: in steps of one length, in steps that it chooses
+RESULTS = {
+    *("state", "out", "extremes", "iterations", "newton", "peak", "n_done", "status"),
+    *("here", "control", "counts", "times"),
+}
 SHARED = "samples", "grid"  # arrays that all lanes have in common, whatever their length
 
 _on: ContextVar[bool] = ContextVar("on", default=False)

@@ -178,11 +178,17 @@ def in_single_precision(module: ModuleType) -> ModuleType:
     return cached_module(f"single {module.__name__}", text)
 
 
-def march_module(name: str, K: int) -> ModuleType:
-    """Kernels of a linear march whose shape, or number of load instants, no scheme of the catalogue has."""
+def march_module(name: str, K: int, single: bool = False) -> ModuleType:
+    """Kernels of a linear march whose shape, or number of load instants, no scheme of the catalogue has.
+
+    single: those in single precision, of any.
+    """
+    from substep_derive.emit.march_module import march_in_single  # noqa: PLC0415
     from substep_derive.emit.march_module import march_module as printed  # noqa: PLC0415
     from substep_derive.kernels.march_shape import shape_of  # noqa: PLC0415
 
+    if single:
+        return cached_module(f"single {name} {K}", lambda: march_in_single(shape_of(name), K))
     return cached_module(f"{name} {K}", lambda: printed(shape_of(name), (K,)))
 
 

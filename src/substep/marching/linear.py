@@ -197,29 +197,22 @@ def _to_ends(m: int, R: int, K: int, stencil: bytes) -> Array:
 
 
 @cache
-def _kernels(name: str, K: int) -> tuple[Callable[..., None], Callable[..., None], int]:
+def _kernels(name: str, K: int, in_single: bool) -> tuple[Callable[..., None], Callable[..., None], int]:
     """The kernels for many lanes and for one, and how many lanes are in a block: committed, or printed on first use.
 
-    name: of the module, which determines the shape of the march; K: load instants a step.
+    name: of the module, which determines the shape of the march; K: load instants a step; in_single: the precision.
     """
-    module = committed(f"marches.{name}")
+    module = None if in_single else committed(f"marches.{name}")
     if module is None or not hasattr(module, f"march_{K}"):
         from ..derived.modules import march_module  # noqa: PLC0415 (the one door to SymPy)
 
-        module = march_module(name, K)
-    module = single.here(module)
+        module = march_module(name, K, in_single)
     return getattr(module, f"march_{K}"), getattr(module, f"run_{K}"), module.WIDTH
-
-
-@cache
-def _kernels_in_single(name: str, K: int) -> tuple[Callable[..., None], Callable[..., None], int]:
-    """The same in single precision, called where that is asked for."""
-    return _kernels.__wrapped__(name, K)
 
 
 def _here(name: str, K: int) -> tuple[Callable[..., None], Callable[..., None], int]:
     """The same, where many lanes are threads of a GPU if that is asked for; the CPU is faster at one."""
-    many, one, width = (_kernels_in_single if single.is_on() else _kernels)(name, K)
+    many, one, width = _kernels(name, K, single.is_on())
     return (device.march_of_shape(name, K), one, ON_DEVICE) if device.is_on() else (many, one, width)
 
 
