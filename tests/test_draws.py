@@ -199,7 +199,7 @@ def test_a_plan_is_plain_data() -> None:
     uncertain = {"omega": st.norm(2.0, 0.1), "gamma": st.uniform(0.5, 0.1), "beta": st.uniform(0.31, 0.1)}
     values, _ = drawn({**uncertain, "xi": [0.0, 0.1]}, 8, 0)
     made = planned(
-        "linear_oscillator", "newmark", 0.1, None, 1.0, "final", None, None, None, None, "cpu", values=values
+        "linear_oscillator", "newmark", 0.1, None, 1.0, "final", None, None, None, None, "cpu", "float64", values=values
     )
     assert made.scheme_of_all.parameters["beta"].shape == made.scheme_of_all.parameters["gamma"].shape == (8,)
     sent = pickle.dumps(made)

@@ -156,7 +156,8 @@ def uncompiled(monkeypatch: pytest.MonkeyPatch) -> None:
         return plain((GENERATED / f"{name.replace('.', '/')}.py").read_text(encoding="utf-8"))
 
     @cache
-    def march(name: str, K: int) -> tuple[object, object, int]:
+    def march(name: str, K: int, in_single: bool) -> tuple[object, object, int]:
+        assert not in_single
         kernels = plain(march_module(shape_of(name), (2, 4, 6, 8, 10)))
         return getattr(kernels, f"march_{K}"), getattr(kernels, f"run_{K}"), kernels.WIDTH
 

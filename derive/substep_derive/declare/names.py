@@ -32,8 +32,8 @@ _DERIVATION = {"h", "omega", "Omega", "xi", "lambda", "mu", "z", "M", "C", "K0",
 # keyword arguments of functions that take parameters by name
 _CALLS = {
     *("name", "scene", "scheme", "dt", "t_end", "keep", "samples", "energy_bound", "a0", "load", "save", "client"),
-    *("progress", "device", "workers", "tol", "rtol", "atol", "dt_first", "dt_min", "dt_max", "grid", "rung"),
-    *("held_only", "damped", "changing", "structures", "remembered"),
+    *("progress", "device", "dtype", "workers", "seed", "tol", "rtol", "atol", "dt_first", "dt_min", "dt_max", "grid"),
+    *("rung", "held_only", "damped", "changing", "structures", "remembered"),
 }
 # functions of a scene's module, and what these use, beside functions for its outputs
 _SCENE_FUNCTIONS = {"energy", "acceleration", "angular_momentum", "commit", "force", "np"}
