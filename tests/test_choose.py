@@ -91,6 +91,10 @@ def test_steps_that_are_predicted_to_fail_are_not_run_and_do_fail() -> None:
         assert run.errors["angle"].maximum > 1.0
         assert 10.0 / steps > 0.00933  # h^2 omega v0/L > 4
     assert "not run:" in found.text
+    stiffest = ss.scene("elastic_pendulum", EA=1e14)  # with which no step of it is long enough to be affordable
+    none = choose(stiffest, 2e-2, t_end=10.0, quantity="angle", among=["central_difference"], simpler=())
+    assert (none.best, none.candidates) == (None, ())
+    assert none.text.startswith("no candidate was run; not run: ")
 
 
 @pytest.mark.usefixtures("uncompiled")

@@ -217,7 +217,7 @@ WRONG: dict[str, dict[str, Any]] = {
     r"expected periods > 0, got 0, the ground itself": {"periods": [0.0, 1.0]},
     r"expected a law, .*bilinear.*got 'bouc_wen'": {"law": "bouc_wen"},
     r"expected xi as a ratio, at most 1, got 5": {"xi": 5.0},
-    r"expected steps as a whole number >= 1, got 1.5": {"steps": 1.5},
+    r"expected steps to be a whole number >= 1, got 1.5": {"steps": 1.5},
     r"expected tolerance in \(0.0, 1.0\), got 0": {"tolerance": 0.0},
 }
 

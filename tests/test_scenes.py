@@ -319,7 +319,10 @@ def test_given_and_consistent_accelerations() -> None:
         (lambda: ss.scene("duffing", epsilon=1.0), "did you mean 'eps'"),
         (lambda: ss.scene("penalty_bounce", v0=1.0), r"v0 of penalty_bounce in \(-inf, 0\.0\), got 1"),
         (lambda: ss.scene("doffing"), "did you mean 'duffing'"),
-        (lambda: ss.march(ss.scene("duffing"), ss.scheme("bathe"), 0.01, 0.1, stride=0), "stride >= 1"),
+        (
+            lambda: ss.march(ss.scene("duffing"), ss.scheme("bathe"), 0.01, 0.1, stride=0),
+            "stride to be a whole number of steps >= 1",
+        ),
     ],
 )
 def test_wrong_input(call, message: str) -> None:

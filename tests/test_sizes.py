@@ -52,5 +52,5 @@ def test_no_stride_is_named_where_each_step_takes_too_much(monkeypatch: pytest.M
 
 @pytest.mark.parametrize("n", [2.5, 0, -1, True, np.nan, "3", 2.0, None])
 def test_powers_are_a_whole_number(n: object) -> None:
-    with pytest.raises(ValueError, match="expected n >= 1 powers, a whole number, got"):
+    with pytest.raises(ValueError, match="expected n to be a whole number of powers >= 1, got"):
         ss.scheme("newmark").power_norm(1.0, n=n)

@@ -205,7 +205,7 @@ def test_what_modes_cannot_do_is_refused_by_name() -> None:
         ss.march(modes, "bathe", 0.3, 1.0)
     with pytest.raises(ValueError, match="degree of freedom from 0 to 5"):
         ss.march(modes, "bathe", 0.1, 1.0, dofs=[6])
-    with pytest.raises(ValueError, match="stride >= 1"):
+    with pytest.raises(ValueError, match="stride to be a whole number of steps >= 1"):
         ss.march(modes, "bathe", 0.1, 1.0, stride=0)
     with pytest.raises(ValueError, match="one value for gamma_t .* got an array"):
         ss.march(modes, ss.scheme("newmark_bdf2", gamma_t=[0.2, 0.4]), 0.1, 1.0)

@@ -1,6 +1,6 @@
 """EstimatedBody -> text of a module that marches one scheme on one scene in steps of chosen length."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import replace
 from textwrap import wrap
 from typing import Any
@@ -12,6 +12,7 @@ from ..estimate.held import END, HALVED, START
 from ..kernels.balance_step import Part
 from ..kernels.estimated_body import EstimatedBody
 from ..kernels.local_error import Terms, combined, weight_names
+from .first_length import first_length
 from .gpu_thread import on_device
 from .one_lane import ONE_LANE
 from .pair_module import helpers
@@ -26,7 +27,6 @@ from .templates.adaptive import (
     ADAPTIVE_THREADS,
     AGAIN,
     DENSE,
-    FIRST,
     HALVES,
     IMPORTS,
     IMPORTS_OF_DEVICE,
@@ -91,22 +91,6 @@ def _errors(terms: Terms) -> str:
     return "\n".join(line for row in rows for line in wrap(row, 110, subsequent_indent=" " * 8))
 
 
-def _largest(names: Sequence[str]) -> str:
-    """The largest modulus."""
-    found = f"abs({names[0]})"
-    for name in names[1:]:
-        found = f"max({found}, abs({name}))"
-    return found
-
-
-def _root_mean_square(of_u: Sequence[str], of_v: Sequence[str], u_scale: Sequence[str], v_scale: Sequence[str]) -> str:
-    """The root of the mean over the coordinates of the squares of both, over their scales."""
-    squares = (
-        f"(({x}) / {s}) ** 2 + (({y}) / {r}) ** 2" for x, y, s, r in zip(of_u, of_v, u_scale, v_scale, strict=True)
-    )
-    return f"np.sqrt(({' + '.join(f'({square})' for square in squares)}) / {len(of_u)})"
-
-
 class _Writer:
     """Writes the functions of the module.
 
@@ -165,41 +149,8 @@ class _Writer:
     def first(self) -> str:
         """Text of `_first`."""
         memory = [f"start[{place}]" for place in self.remembered_at]
-        u, v, a = self.start
-        then, now, later_u, later_v, of_u, of_v = (
-            [f"{name}_{i}" for i in self.d] for name in ("then", "now", "u", "v", "u_scale", "v_scale")
-        )
-        slopes = [f"{new} - {old}" for new, old in zip([*later_v, *now], [*v, *then], strict=True)]
-        d = len(self.d)
-        return fill(
-            FIRST,
-            numbers=self.numbers,
-            first=placed([self.acceleration(then, "t", u, v, memory)], 1),
-            fastest=_largest(v),
-            steepest=_largest([*a, *then]),
-            scales=placed(
-                [
-                    *(f"{scale} = atol_u + rtol * abs({x}) + 1e-300" for scale, x in zip(of_u, u, strict=True)),
-                    *(
-                        f"{scale} = atol_v + share_v * fast + rtol * abs({x}) + 1e-300"
-                        for scale, x in zip(of_v, v, strict=True)
-                    ),
-                ],
-                1,
-            ),
-            d0=_root_mean_square(u, v, of_u, of_v),
-            d1=_root_mean_square(v, then, of_u, of_v),
-            moved=placed(
-                (
-                    f"{new} = {old} + trial * {slope}"
-                    for new, old, slope in zip([*later_u, *later_v], [*u, *v], [*v, *then], strict=True)
-                ),
-                1,
-            ),
-            second=placed([self.acceleration(now, "t", later_u, later_v, memory)], 1),
-            moving=_largest(now),
-            more=placed((f"{scale} += share_v * fast" for scale in of_v), 2),
-            d2=_root_mean_square(slopes[:d], slopes[d:], of_u, of_v),
+        return first_length(
+            self.numbers, self.start, lambda targets, u, v: self.acceleration(targets, "t", u, v, memory)
         )
 
     def halved(self) -> str:

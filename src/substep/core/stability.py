@@ -8,7 +8,6 @@ Omega below 1e-150 the errors are their limits, 0. Of a scheme that takes no dam
 
 import math
 from collections.abc import Sequence
-from operator import index
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from .arrays import Array, common_shape, flat
 from .eigenvalues import stability_at_points
-from .errors import float_array, non_negative
+from .errors import float_array, non_negative, whole
 from .formulas import evaluated
 from .norms import largest_norm_of_powers
 from .radii_on_device import is_there
@@ -97,17 +96,12 @@ def power_norm(scheme: SchemeRecord, Omega: ArrayLike, xi: ArrayLike, n: Any) ->
 
     Raises ValueError for an n that is no whole number from 1 on, and for Omega = 0.
     """
-    try:
-        whole = 0 if isinstance(n, bool) else index(n)
-    except TypeError:
-        whole = 0
-    if whole < 1:
-        raise ValueError(f"expected n >= 1 powers, a whole number, got {n!r}; give how many powers of A are looked at")
+    powers = whole("n", n, 1, "powers", "give how many powers of A are looked at")
     omega = non_negative("Omega", Omega)
     if (omega == 0).any():
         raise ValueError("expected Omega > 0, got 0, where the energy does not depend on u; give a positive Omega")
     A = _in_energy_norm(scheme, amplification(scheme, omega, xi), omega)
-    largest = largest_norm_of_powers(A.reshape(-1, *A.shape[-2:]), whole)
+    largest = largest_norm_of_powers(A.reshape(-1, *A.shape[-2:]), powers)
     return largest.reshape(A.shape[:-2])[()]
 
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..core.arrays import Array, named
 from ..core.coefficients import refuse_damping
 from ..core.device import Device, on
-from ..core.errors import called_as, damping_ratio, inside, number_or_row, real_number, unknown_name
+from ..core.errors import called_as, damping_ratio, inside, number_or_row, real_number, unknown_name, whole
 from ..core.loads import Record
 from ..core.schemes import Scheme
 from ..run.schemes import numbers_only
@@ -90,7 +90,7 @@ def inelastic_spectrum(
     """
     from .inelastic_history import InelasticSpectrum  # noqa: PLC0415 (loads xarray)
 
-    ground, each = record_of(record, dt, unit), _whole("steps", steps)
+    ground, each = record_of(record, dt, unit), whole("steps", steps, 1, "", "1 is from sample to sample")
     load = refined(ground, each)
     T, s = yielding_periods(periods), numbers_only(scheme, "call once for each")
     damping = damping_ratio("xi", real_number("xi", xi))
@@ -172,13 +172,6 @@ def yielding_periods(periods: ArrayLike | None) -> Array:
     if (T == 0.0).any():
         raise ValueError("expected periods > 0, got 0, the ground itself, which does not yield; leave it out")
     return T
-
-
-def _whole(name: str, value: int) -> int:
-    number = real_number(name, value)
-    if not number.is_integer() or number < 1.0:
-        raise ValueError(f"expected {name} as a whole number >= 1, got {number:g}; 1 is a step from sample to sample")
-    return int(number)
 
 
 def _kept(ductility: ArrayLike | None, strength: ArrayLike | None, R_y: ArrayLike | None) -> tuple[str, Array]:

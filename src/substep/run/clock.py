@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..core.arrays import Array
 from ..core.between_steps import ascending
-from ..core.errors import real_array, real_number
+from ..core.errors import real_array, real_number, whole
 from ..core.state import State
 
 CHOSEN = ("rtol", "atol", "dt_first", "dt_min", "dt_max", "grid", "rung")  # what is asked of chosen steps, with tol
@@ -209,8 +209,7 @@ def _grid(grid: ArrayLike, t_begin: float, t_end: float) -> Array:
 
 
 def _require_stride(stride: Any) -> None:
-    if isinstance(stride, bool) or not isinstance(stride, int | np.integer) or stride < 1:
-        raise ValueError(f"expected stride >= 1, a whole number of steps, got {stride!r}; give such a one")
+    whole("stride", stride, 1, "steps", "1 keeps every step")
 
 
 def steps_of(

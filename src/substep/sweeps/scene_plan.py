@@ -11,14 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..core.arrays import named
 from ..core.device import Device, found
-from ..core.errors import real_array, real_number
+from ..core.errors import real_array, real_number, whole
 from ..core.loads import Load, LoadLanes, Record, as_numbers, is_known
 from ..core.scene_catalogue import WITH_LAW, checked_parameters, scene_info
 from ..core.scenes import Scene, make_scene
 from ..core.schemes import Scheme, scheme_info
 from ..core.schemes import scheme as make_scheme
 from ..core.single import Dtype, require_possible
-from ..marching.adaptive import ROWS, adaptive_kernels
+from ..marching.adaptive import adaptive_kernels
 from ..marching.linear import LOADED
 from ..marching.scene_lanes import pair_kernels
 from ..run.axes import RESERVED, Axis, Keep, Owner, asked
@@ -208,7 +208,7 @@ class ScenePlan(SweepPlan):
         """Memory in bytes that a run takes: its rows, a copy of them to compute results from, and loads."""
         d, scheme = len(self.scene_of_one.coordinates), self.scheme_of_all
         if self.by_tol:
-            rows = {"final": 1, "peak": ROWS}.get(self.keep) or self.rows
+            rows = {"final": 1, "peak": 0}.get(self.keep, self.rows)
             return 8.0 * (rows * (6 * d + 4) + 100)
         whole = self.bound < math.inf or (self.keep == "peak" and not self.oscillator)
         rows = n + 1 if whole else self.rows if self.keep == "history" else 2 * (self.keep == "final")
@@ -297,9 +297,7 @@ def _check(plan: ScenePlan) -> None:
         return
     if plan.keep != "history":
         raise ValueError(f"expected samples with keep='history' only, got keep='{plan.keep}'; drop samples")
-    N = plan.samples
-    if not isinstance(N, int) or N < 1:
-        raise ValueError(f"expected samples to be a whole number of intervals >= 1, got {N!r}")
+    N = whole("samples", plan.samples, 1, "intervals", "leave it out for every step")
     for n in steps:
         if n % N:
             common = math.gcd(*steps)

@@ -1,8 +1,6 @@
 """What dimensions and numbers of elements have to be."""
 
-import numpy as np
-
-from ...core.errors import real_number
+from ...core.errors import real_number, whole
 
 
 def positive(**values: float) -> None:
@@ -14,5 +12,4 @@ def positive(**values: float) -> None:
 def counts(**values: int) -> None:
     """Raises ValueError for a value that is not a whole number from 1 on."""
     for name, value in values.items():
-        if not isinstance(value, int | np.integer) or value < 1:
-            raise ValueError(f"expected {name} to be a whole number >= 1, got {value!r}")
+        whole(name, value, 1, "", "give a count")

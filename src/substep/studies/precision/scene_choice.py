@@ -116,6 +116,8 @@ class Choice:
         name = {"angle": "angle (rad)"}.get(self.quantity, self.quantity)
         best, next_ = self.best, self.runner_up
         span = self.reference.t[-1]
+        if not self.candidates:
+            return f"no candidate was run; {self._predicted}"
         if best is None:
             nearest = min(self.candidates, key=lambda c: c.error)
             return (
@@ -144,13 +146,17 @@ class Choice:
             kind = f"chosen steps ({', '.join(uneven)})" if best.tol is None else "constant steps"
             lines.append(f"in {kind} nothing is as accurate for less")
         if self.unmade:
-            names = dict.fromkeys(u.scheme.name for u in self.unmade)
-            lines.append(
-                f"not run: {len(self.unmade)} steps of {len(names)} schemes, with which errors along the stiff bar are "
-                "predicted to grow beyond the motion (substep.studies.turning)"
-            )
+            lines.append(self._predicted)
         lines.append(f"reference: {self.reference.source}")
         return "\n".join(lines)
+
+    @property
+    def _predicted(self) -> str:
+        schemes = len({u.scheme.name for u in self.unmade})
+        return (
+            f"not run: {len(self.unmade)} steps of {schemes} scheme{'s' * (schemes > 1)}, with which errors along the "
+            "stiff bar are predicted to grow beyond the motion (substep.studies.turning)"
+        )
 
 
 def rigid(scene: Scene) -> tuple[Scene, ...]:
