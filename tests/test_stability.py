@@ -234,7 +234,7 @@ def test_powers_stay_bounded_unless_an_eigenvalue_on_the_circle_is_multiple() ->
     assert ss.scheme("bathe").power_norm(omegas).shape == (3,)
     with pytest.raises(ValueError, match="Omega > 0"):
         average.power_norm(0.0)
-    with pytest.raises(ValueError, match="n >= 1"):
+    with pytest.raises(ValueError, match="number of powers >= 1"):
         average.power_norm(1.0, n=0)
 
 

@@ -208,7 +208,7 @@ class ScenePlan(SweepPlan):
         """Memory in bytes that a run takes: its rows, a copy of them to compute results from, and loads."""
         d, scheme = len(self.scene_of_one.coordinates), self.scheme_of_all
         if self.by_tol:
-            rows = {"final": 1, "peak": 0}.get(self.keep, self.rows)
+            rows = self.rows if self.keep == "history" else int(self.keep == "final")
             return 8.0 * (rows * (6 * d + 4) + 100)
         whole = self.bound < math.inf or (self.keep == "peak" and not self.oscillator)
         rows = n + 1 if whole else self.rows if self.keep == "history" else 2 * (self.keep == "final")
