@@ -92,9 +92,14 @@ class LinearStep:
         report = steps.report.reshape(-1, steps.vectors)  # a start reports nothing
         return cls(steps.out @ X, report @ X, steps.given, tuple(system.loads for system in steps.systems))
 
-    def forces(self, load: Load, t: float, h: float) -> Array:
-        """The sum of w f(t + tau h) of each system, (S,)."""
-        return np.array([sum(w * values_at(load, np.array([t + tau * h]))[0] for w, tau in row) for row in self.loads])
+    def forces(self, load: Load | None, t: Array, h: float) -> Array:
+        """The sums of w f(t + tau h) of the systems in the steps that begin at the times t, (len(t), S)."""
+        found = np.zeros((len(t), len(self.loads)))
+        if load is not None:
+            for s, row in enumerate(self.loads):
+                for w, tau in row:
+                    found[:, s] += w * values_at(load, t + tau * h)
+        return found
 
 
 @dataclass(frozen=True)
@@ -161,11 +166,9 @@ class Candidate:
             both = np.concatenate([self.step.report, self.step.out], axis=1)
             R = self.step.report.shape[1]
             undriven = np.ascontiguousarray(both[:, :, : self.step.given])
+            driven = self.step.forces(load, np.arange(done, n) * h, h) @ both[:, :, self.step.given :].swapaxes(1, 2)
             for k in range(done, n):
-                if load is None:
-                    after = (undriven @ state[:, :, None])[..., 0]
-                else:
-                    after = np.einsum("prc,pc->pr", both, self._with_forces(self.step, state, load, k * h))
+                after = (undriven @ state[:, :, None])[..., 0] + driven[:, k - done]
                 rows[:, k + 1, :R], state = after[:, :R], after[:, R:]
         return rows
 
@@ -178,11 +181,8 @@ class Candidate:
         if self.scheme.info.start == "given":
             return first[:, [kind for kind, _ in self.state]]
         start = LinearStep.of(start_of(self.scheme, self.at.h), self.at)
-        return np.einsum("prc,pc->pr", start.out, self._with_forces(start, first, load, 0.0))
-
-    def _with_forces(self, step: LinearStep, state: Array, load: Load | None, t: float) -> Array:
-        forces = np.zeros(len(step.loads)) if load is None else step.forces(load, t, self.at.h)
-        return np.concatenate([state, np.broadcast_to(forces, (len(state), len(forces)))], axis=1)
+        forces = start.forces(load, np.zeros(1), self.at.h)[0]
+        return np.einsum("prg,pg->pr", start.out[..., : start.given], first) + start.out[..., start.given :] @ forces
 
 
 def with_damping(steps: Steps, damping: Damping) -> Steps:

@@ -15,6 +15,7 @@ from sympy import (
     Rational,
     Symbol,
     fraction,
+    oo,
     sympify,
     together,
     true,
@@ -23,6 +24,8 @@ from sympy import factor as factored
 
 from ..algebra.algebraic import Algebraic, RealRoot, irreducible, real_roots
 from .errors import DeclarationError
+
+POSITIVE, NOT_NEGATIVE, REAL = Interval.open(0, oo), Interval(0, oo), Interval(-oo, oo)
 
 
 def written_interval(name: str, interval: Interval) -> str:

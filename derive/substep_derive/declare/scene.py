@@ -8,17 +8,15 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-from sympy import Expr, Interval, S, Symbol, oo, sympify
+from sympy import Expr, Interval, S, Symbol, sympify
 
 from .law import Element
 from .names import printed
-from .parameter import Parameter
+from .parameter import POSITIVE, Parameter
 from .potentials import by_branch
 from .reactions import Contact, Friction
 from .scene_checks import check
 from .symbols import acceleration, rate
-
-POSITIVE, REAL = Interval.open(0, oo), Interval(-oo, oo)
 
 
 def required(symbol: Symbol, domain: Interval = POSITIVE) -> Parameter:

@@ -6,16 +6,16 @@ Every check raises `DeclarationError`, which names the scene, the expression at 
 from collections.abc import Iterable, Mapping
 from typing import Any, Protocol
 
-from sympy import Expr, Interval, Matrix, Max, Min, Piecewise, Rational, Symbol, eye, oo, sympify
+from sympy import Expr, Matrix, Max, Min, Piecewise, Rational, Symbol, eye, sympify
 
 from .errors import DeclarationError
 from .law import Element, larger, slope, smaller, where_at_least
 from .names import check_scene
-from .parameter import Parameter
+from .parameter import NOT_NEGATIVE, Parameter
 from .reactions import Contact, Friction
 from .symbols import sampled, t
 
-NOT_NEGATIVE, TINY = Interval(0, oo), Rational(1, 10**20)
+TINY = Rational(1, 10**20)
 MOST = 4  # coordinates of a mass matrix that is not constant, whose inverse is written out in symbols
 TRIED = (Rational(2, 3), Rational(-5, 7), Rational(9, 4))  # values of rates at which a dissipation is looked at
 

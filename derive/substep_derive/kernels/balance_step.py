@@ -27,7 +27,7 @@ from sympy import (
 
 from ..declare.law import slope as slope_of
 from ..declare.names import entry_name
-from ..declare.scene import POSITIVE
+from ..declare.parameter import POSITIVE
 from ..declare.scheme import Balance
 from ..declare.symbols import N, N_discrete, h
 from ..motion.components import Assignments, Writer, assign

@@ -28,8 +28,9 @@ from sympy import (
 
 from ..declare.errors import DeclarationError
 from ..declare.law import Element, e_dot, elapsed, slope
+from ..declare.parameter import POSITIVE
 from ..declare.potentials import contact, tidy
-from ..declare.scene import POSITIVE, Scene
+from ..declare.scene import Scene
 from ..declare.symbols import rate, sampled, t
 from .differences import discrete_slopes
 from .held import Held

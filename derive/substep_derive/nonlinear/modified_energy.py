@@ -15,7 +15,7 @@ from sympy import Expr
 from ..algebra.rational import affine_solutions
 from ..oscillator.evaluation import Evaluation
 from .modified import HIGHEST, Along, ModifiedEquation, modified_equation
-from .trees import Trees, V
+from .trees import Trees, V, add
 
 Scalar = tuple[int, ...]  # V^(m)(x, y, ...) of these trees x, y, ..., among its equal forms the least; () is T + V
 Scalars = dict[Scalar, Any]  # -> number
@@ -67,7 +67,7 @@ def modified_energy(equation: ModifiedEquation) -> ModifiedEnergy | None:
         residual: Scalars = {}
         for lower, scalars in levels.items():
             for s, c in scalars.items():
-                _add(residual, derivative(along, s, w + 1 - lower), c)
+                add(residual, derivative(along, s, w + 1 - lower), c)
         basis, targets = _scalars(of, w), _scalars(of, w + 1)
         columns = [derivative(along, s, 1) for s in basis] + [{s: one} for s in targets]
         rows = [[column.get(s, one - one) for column in columns] for s in targets]
@@ -98,15 +98,6 @@ def leading_loss(evaluation: Evaluation) -> ModifiedEnergy | None:
 def _occurrences(of: Trees, branches: tuple[int, ...]) -> int:
     """How often v occurs in some trees."""
     return sum(x == V or _occurrences(of, of.keys[x][1]) for x in branches)
-
-
-def _add(total: Scalars, more: Scalars, factor: Any) -> None:
-    for s, c in more.items():
-        value = total[s] + factor * c if s in total else factor * c
-        if value:
-            total[s] = value
-        else:
-            total.pop(s, None)
 
 
 def _scalars(of: Trees, w: int) -> list[Scalar]:
@@ -156,13 +147,13 @@ def derivative(along: Along, s: Scalar, more: int) -> Scalars:
         for x, c in X_v[w].items() if w < len(X_v) else ():
             kind, branches = of.keys[x]
             assert kind == "N"
-            _add(found, {least(of, (*branches, V)): along.one}, c)
+            add(found, {least(of, (*branches, V)): along.one}, c)
         for x, c in X_u[more].items() if more < len(X_u) else ():
-            _add(found, {least(of, (x,)): along.one}, c)
+            add(found, {least(of, (x,)): along.one}, c)
         return found
     for x, c in X_u[more].items() if more < len(X_u) else ():
-        _add(found, {least(of, (*s, x)): along.one}, c)
+        add(found, {least(of, (*s, x)): along.one}, c)
     for k, branch in enumerate(s):
         for x, c in along.derivative(branch, more).items():
-            _add(found, {least(of, (*s[:k], x, *s[k + 1 :])): along.one}, c)
+            add(found, {least(of, (*s[:k], x, *s[k + 1 :])): along.one}, c)
     return found

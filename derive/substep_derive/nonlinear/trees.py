@@ -142,11 +142,11 @@ def flow(of: Trees, series: Series, sign: int, one: Any) -> Series:
     return total
 
 
-def add(level: Level, more: Level, factor: Any) -> None:
+def add(level: dict[Any, Any], more: dict[Any, Any], factor: Any) -> None:
     """level += factor*more, in place; numbers that cancel are left out."""
-    for tree, c in more.items():
-        value = level[tree] + factor * c if tree in level else factor * c
+    for key, c in more.items():
+        value = level[key] + factor * c if key in level else factor * c
         if value:
-            level[tree] = value
+            level[key] = value
         else:
-            level.pop(tree, None)
+            level.pop(key, None)

@@ -6,7 +6,8 @@ from itertools import pairwise
 from sympy import Expr, Integer, Interval, Piecewise, Symbol
 
 from ..law import Law, before, clip, e, larger, smaller
-from ..scene import POSITIVE, optional, required
+from ..parameter import POSITIVE
+from ..scene import optional, required
 
 k, q_y, alpha, p = (Symbol(name) for name in ("k", "q_y", "alpha", "p"))
 kappa, stiffness, gap = (Symbol(name) for name in ("kappa", "stiffness", "gap"))

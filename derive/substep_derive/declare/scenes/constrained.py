@@ -1,15 +1,15 @@
 """Points on rigid rods, in Cartesian coordinates, with the rods as constraints."""
 
-from sympy import Integer, Interval, Rational, Symbol, oo
+from sympy import Integer, Rational, Symbol
 
-from ..scene import REAL, Scene, optional
+from ..parameter import NOT_NEGATIVE, REAL
+from ..scene import Scene, optional
 from ..symbols import rate
 
 L, m, v0, g = (Symbol(name) for name in ("L", "m", "v0", "g"))
 x, y, x1, y1, x2, y2 = (Symbol(name) for name in ("x", "y", "x1", "y1", "x2", "y2"))
 s, s1, s2, s21 = (Symbol(name) for name in ("s", "s1", "s2", "s21"))
 
-NOT_NEGATIVE = Interval(0, oo)
 
 rod_pendulum = Scene(
     "rod_pendulum",

@@ -2,8 +2,9 @@
 
 from sympy import Interval, Rational, Symbol, oo, sqrt
 
+from ..parameter import REAL
 from ..potentials import negative_part
-from ..scene import REAL, Scene, optional
+from ..scene import Scene, optional
 from ..symbols import rate
 
 u, k, u0, v0 = (Symbol(name) for name in ("u", "k", "u0", "v0"))

@@ -3,12 +3,12 @@
 from functools import cache
 from typing import Any
 
-from sympy import Integer, Interval, Symbol, oo
+from sympy import Integer, Symbol
 
 from ..law import Law
 from ..laws.plastic import bilinear
-from ..parameter import Parameter
-from ..scene import REAL, Scene, optional, required
+from ..parameter import NOT_NEGATIVE, REAL, Parameter
+from ..scene import Scene, optional, required
 from ..symbols import omega, rate, sampled, xi
 
 NAME = "hysteretic_oscillator"
@@ -41,7 +41,7 @@ def hysteretic_oscillator(law: Law) -> Scene:
         load={u: sampled},
         parameters=(
             required(omega),
-            optional(xi, 0, Interval(0, oo)),
+            optional(xi, 0, NOT_NEGATIVE),
             *own,
             optional(u0, 0, REAL),
             optional(v0, 0, REAL),

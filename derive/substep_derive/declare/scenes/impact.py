@@ -1,14 +1,14 @@
 """Bodies that meet a stop, with a pressure that only pushes, and bodies that slide, with friction up to a limit."""
 
-from sympy import Interval, Rational, Symbol, oo
+from sympy import Interval, Rational, Symbol
 
+from ..parameter import NOT_NEGATIVE, REAL
 from ..reactions import Contact, Friction
-from ..scene import REAL, Scene, optional
+from ..scene import Scene, optional
 from ..symbols import rate, t
 
 u, w, m, k, g, u0, v0, b = (Symbol(name) for name in ("u", "w", "m", "k", "g", "u0", "v0", "b"))
 w0, mu, limit, belt, restitution = (Symbol(name) for name in ("w0", "mu", "limit", "belt", "restitution"))
-NOT_NEGATIVE = Interval(0, oo)
 
 mass_on_floor = Scene(
     "mass_on_floor",

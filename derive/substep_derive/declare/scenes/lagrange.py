@@ -3,13 +3,12 @@
 Angles are measured from the lowest position, the cart's pole from the highest; the gravity g is in m/s^2.
 """
 
-from sympy import Abs, Add, Expr, Integer, Interval, Rational, Symbol, cos, oo, pi, sin
+from sympy import Abs, Add, Expr, Integer, Rational, Symbol, cos, pi, sin
 
-from ..parameter import Parameter
-from ..scene import REAL, Scene, optional
+from ..parameter import NOT_NEGATIVE, REAL, Parameter
+from ..scene import Scene, optional
 from ..symbols import rate, t
 
-NOT_NEGATIVE = Interval(0, oo)
 q, r, x, theta, theta1, theta2 = (Symbol(name) for name in ("q", "r", "x", "theta", "theta1", "theta2"))
 m, m1, m2, L, L1, L2, R, g, k, c = (Symbol(name) for name in ("m", "m1", "m2", "L", "L1", "L2", "R", "g", "k", "c"))
 omega_d, amplitude, spin, mu, q0, v0 = (Symbol(name) for name in ("omega_d", "amplitude", "spin", "mu", "q0", "v0"))

@@ -2,7 +2,8 @@
 
 from sympy import Rational, Symbol, cosh, log
 
-from ..scene import REAL, Scene, optional
+from ..parameter import REAL
+from ..scene import Scene, optional
 from ..symbols import rate
 
 u, k, eps, u0 = (Symbol(name) for name in ("u", "k", "eps", "u0"))

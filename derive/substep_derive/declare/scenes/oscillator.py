@@ -1,8 +1,9 @@
 """Linear scenes: the oscillator of chapter 4, and Bathe and Noh's chain with a prescribed motion."""
 
-from sympy import Interval, Rational, Symbol, oo, sin
+from sympy import Rational, Symbol, sin
 
-from ..scene import REAL, Scene, optional, required
+from ..parameter import NOT_NEGATIVE, REAL
+from ..scene import Scene, optional, required
 from ..symbols import omega, rate, sampled, t, xi
 
 u, u0, v0 = (Symbol(name) for name in ("u", "u0", "v0"))
@@ -16,7 +17,7 @@ linear_oscillator = Scene(
     load={u: sampled},
     parameters=(
         required(omega),
-        optional(xi, 0, Interval(0, oo)),
+        optional(xi, 0, NOT_NEGATIVE),
         optional(u0, 1, REAL),
         optional(v0, 0, REAL),
     ),

@@ -2,7 +2,8 @@
 
 from sympy import Expr, Rational, Symbol, cos, sqrt
 
-from ..scene import REAL, Scene, optional, required
+from ..parameter import REAL
+from ..scene import Scene, optional, required
 from ..symbols import acceleration, rate
 
 x, y, s = (Symbol(name) for name in ("x", "y", "s"))
