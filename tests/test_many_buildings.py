@@ -91,15 +91,15 @@ def test_dampings_of_many_structures_and_scales_of_linear_ones() -> None:
 @pytest.mark.parametrize("points", [2, 7])
 def test_how_points_ended(points: int, apart: list[Any]) -> None:
     """A structure that overflows beside others that do not, in one chunk, one after another and side by side."""
-    factors = np.array([1.0, 1e4, 1.1, 1.2, 0.9, 1e4, 0.8])[:points]
+    factors = np.array([1.0, 1e8, 1.1, 1.2, 0.9, 1e8, 0.8])[:points]
     stiff = [ss.structure(np.diag(M), springs=[(B, ss.law("linear", k=x * K))], v0=1.0) for x in factors]
-    found, ended = ss.sweep(stiff, "central_difference", dt=0.05, t_end=60.0, keep="peak"), factors > 2.0
+    found, ended = ss.sweep(stiff, "central_difference", dt=0.05, t_end=3.0, keep="peak"), factors > 2.0
     assert len(apart) == 2
     assert np.array_equal(found.status, np.where(ended, 2, 0))
     assert np.isfinite(found.peak_u[~ended]).all()
     assert np.isnan(found.elongation[ended]).any(axis=1).all()
     for k in np.flatnonzero(~ended):
-        r = ss.march(stiff[k], "central_difference", dt=0.05, t_end=60.0, account=False)
+        r = ss.march(stiff[k], "central_difference", dt=0.05, t_end=3.0, account=False)
         assert np.array_equal(found.peak_u[k], np.abs(r.u).max(axis=0))
 
 
