@@ -12,9 +12,10 @@ from substep_derive.declare.tableau import tableau
 from sympy import Expr, Integer, Interval, Poly, Rational, Symbol, cancel, expand, factor
 
 from .answer import Answer, Budget, Found, OutOfTimeError
+from .candidate import Candidate, caret, shown
 from .dissipation import least_damping
 from .parameters import Design, parameters
-from .search import Candidate, Result, caret, search, shown
+from .search import Result, search
 from .stability_function import QQ, approximate, numbers_with, sign_at, value_at
 from .tables import Table, is_of_order, table_of
 from .wish import Wish

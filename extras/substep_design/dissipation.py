@@ -13,7 +13,9 @@ from substep_derive.declare.symbols import gamma, rho_inf
 from sympy import Expr, Poly, Symbol, cancel, factor, fraction, solve, together
 
 from .answer import Budget
-from .search import Candidate, Result, branches, caret, ordered, shown
+from .candidate import Candidate, caret, shown
+from .least import ordered
+from .search import Result, branches
 from .stability_function import StabilityFunction, coefficient, is_stable, numbers_with, sign_at
 from .wish import FREE, Wish
 

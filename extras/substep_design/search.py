@@ -3,47 +3,29 @@
 What is found or excluded is the stability function; `tables` makes a scheme of it.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 from substep_derive.algebra.algebraic import Algebraic
 from substep_derive.declare.symbols import gamma, rho_inf
-from sympy import Expr, Integer, Poly, Rational, cancel, discriminant, expand, factor, fraction, gcd, together
+from sympy import Expr, Poly, Rational, cancel, expand, factor, fraction, gcd, together
 
 from .answer import Budget
+from .candidate import Candidate, caret, numerator_of, shown
+from .least import between, fixed_numerator, least_for_every_radius, ordered
 from .stability_function import (
     StabilityFunction,
-    W,
     approximate,
     coefficient,
     is_stable,
     numbers_with,
-    rational_number,
     sign_at,
+    stable_intervals,
 )
 from .wish import FREE, Wish
 
 UNSTABLE = "E < 0 somewhere: unstable"
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """A stability function and where it meets the wish: at one gamma, or on a branch with every rho_inf in [0, 1].
-
-    equation: vanishes at gamma, a polynomial in gamma and, on a branch, rho_inf. ends: gamma at rho_inf = 1 and 0, or
-    gamma itself twice.
-    """
-
-    function: StabilityFunction
-    equation: Expr
-    ends: tuple[Algebraic, Algebraic]
-
-    @property
-    def is_branch(self) -> bool:
-        """Whether rho_inf is left free."""
-        return self.ends[0] is not self.ends[1]
 
 
 @dataclass(frozen=True)
@@ -55,18 +37,6 @@ class Result:
     why: tuple[str, ...]
 
 
-def caret(text: Any) -> str:
-    """Text with ^ for powers."""
-    return str(text).replace("**", "^")
-
-
-def shown(number: Algebraic) -> str:
-    """A number gamma in words: a fraction, or twelve digits for the eye and its equation."""
-    if len(number.coefficients) == 2:
-        return str(approximate(number))
-    return f"{float(approximate(number)):.12g}... (root of {caret(number.polynomial.as_expr(gamma))})"
-
-
 def search(wish: Wish, budget: Budget) -> Result:
     """What the wish leaves, but for least damping at an order below n. Raises OutOfTimeError."""
     n, p = wish.sub_steps, wish.order
@@ -76,7 +46,7 @@ def search(wish: Wish, budget: Budget) -> Result:
         return _highest(wish, budget)
     if p == n:
         if wish.rho_inf == FREE:
-            return _free(wish, _fixed_numerator(n, p), budget)
+            return _free(wish, fixed_numerator(n, p), budget)
         return _one_parameter(wish, budget) if wish.rho_inf is None else _given_radius(wish, budget)
     if p == n - 1 and isinstance(wish.rho_inf, Rational):
         return _one_parameter(wish, budget)
@@ -88,12 +58,6 @@ def search(wish: Wish, budget: Budget) -> Result:
             "here for a single free number: ask for least damping and a rho_inf, or for a higher order.",
         ),
     )
-
-
-def _fixed_numerator(n: int, order: int, last: Sequence[Expr] = ()) -> StabilityFunction:
-    """The one whose coefficients are those of e^z (1 - gamma z)^n, but for the last ones."""
-    first = [coefficient(k, n) for k in range(n + 1 - len(last))]
-    return StabilityFunction((*first, *last), order)
 
 
 def _too_high(wish: Wish, budget: Budget) -> Result:
@@ -120,7 +84,7 @@ def _too_high(wish: Wish, budget: Budget) -> Result:
 def _highest(wish: Wish, budget: Budget) -> Result:
     """Order n + 1: finitely many gamma."""
     n = wish.sub_steps
-    function = _fixed_numerator(n, n + 1)
+    function = fixed_numerator(n, n + 1)
     equation = Poly(coefficient(n + 1, n), gamma).clear_denoms(convert=True)[1].as_expr()
     why = [
         f"R = P/(1 - gamma z)^{n} with P of degree {n}: order {n + 1} fixes P, and needs the coefficient of z^{n + 1}",
@@ -160,10 +124,10 @@ def _differing(wish: Wish) -> tuple[str, ...]:
 def _given_radius(wish: Wish, budget: Budget) -> Result:
     """Order n and a number rho_inf: finitely many gamma."""
     n = wish.sub_steps
-    function = _fixed_numerator(n, n)
+    function = fixed_numerator(n, n)
     why, kept = [*_order_n(function)], []
     for sign in (1, -1) if wish.rho_inf else (1,):
-        equation = _numerator(function.at_infinity - sign * wish.rho_inf)
+        equation = numerator_of(function.at_infinity - sign * wish.rho_inf)
         for number in numbers_with(equation):
             budget.begin_step(f"A-stability at gamma = {shown(number)}")
             stable = is_stable(function.excess, number)
@@ -182,26 +146,25 @@ def _order_n(function: StabilityFunction) -> tuple[str, ...]:
     )
 
 
-def _numerator(e: Expr) -> Expr:
-    return Poly(fraction(together(e))[0], gamma).clear_denoms(convert=True)[1].primitive()[1].as_expr()
-
-
-def ordered(kept: Iterable[Candidate], criterion: str) -> tuple[Candidate, ...]:
-    """The candidates by the size of what is to be least: at gamma, or at rho_inf = 0 and, where equal there, at 1."""
-
-    def size(one: Candidate) -> tuple[Expr, ...]:
-        e, (first, last) = one.function.least(criterion), one.ends
-        pairs = ((last, Integer(0)), (first, Integer(1)))
-        return tuple(round(abs(e.subs({gamma: approximate(x), rho_inf: radius})), 30) for x, radius in pairs)
-
-    return tuple(sorted(kept, key=size))
-
-
 def _best(wish: Wish, kept: Sequence[Candidate]) -> tuple[str, ...]:
     best, *others = ordered(kept, wish.least)
     if not others:
         return ()
     return (f"Of {len(kept)} the least {wish.least.replace('_', ' ')} is at gamma = {shown(best.ends[0])}.",)
+
+
+def _others(wish: Wish, best: Candidate, budget: Budget) -> tuple[str, ...]:
+    """Where, of all stable functions of the order, others than those of the best branch are better."""
+    low, high = sorted(best.ends, key=approximate)
+    better = [
+        f"  rho_inf from {one.low} to {one.high}: {one.piece.text}"
+        for one in least_for_every_radius(wish.sub_steps, wish.least, budget)
+        if not _contains((low, high), one.piece.low, one.piece.high)
+    ]
+    words = (
+        f"Of all that are A-stable and of order {wish.order} the {wish.least.replace('_', ' ')} is least on this branch"
+    )
+    return (f"{words}, but for", *better) if better else (f"{words}.",)
 
 
 # --- one free number -----------------------------------------------------------------------------------
@@ -214,7 +177,7 @@ def _one_parameter(wish: Wish, budget: Budget) -> Result:
     why: list[str] = []
     for sign in (1, -1) if wish.rho_inf else (1,):
         last = () if p == n else (sign * wish.rho_inf * (-gamma) ** n,)
-        function = _fixed_numerator(n, p, last)
+        function = fixed_numerator(n, p, last)
         criterion = function.least(wish.least)
         budget.begin_step("the intervals of gamma in which E >= 0")
         for low, high in stable_intervals(function.excess):
@@ -223,7 +186,7 @@ def _one_parameter(wish: Wish, budget: Budget) -> Result:
             budget.begin_step(f"the least |{wish.least}| in {ends}")
             inside = [low, *([] if high is None else [high])]
             for equation in (criterion, criterion.diff(gamma)):
-                inside += [x for x in numbers_with(equation) if _between(x, low, high)] if equation.has(gamma) else []
+                inside += [x for x in numbers_with(equation) if between(x, low, high)] if equation.has(gamma) else []
             kept += [Candidate(function, x.polynomial.as_expr(gamma), (x, x)) for x in inside]
     if not kept:
         why.append("No gamma > 0 is A-stable.")
@@ -238,50 +201,6 @@ def _one_parameter(wish: Wish, budget: Budget) -> Result:
 
 def _polynomial(function: StabilityFunction) -> str:
     return " + ".join(f"({factor(c)}) z^{k}" if k else str(c) for k, c in enumerate(function.numerator))
-
-
-def _between(x: Algebraic, low: Algebraic, high: Algebraic | None) -> bool:
-    return approximate(low) < approximate(x) and (high is None or approximate(x) < approximate(high))
-
-
-def stable_intervals(excess: Sequence[Expr]) -> list[tuple[Algebraic, Algebraic | None]]:
-    """The maximal intervals of gamma > 0 in which E >= 0 for every y, closed; None for an end at oo.
-
-    The sign of E changes only where its first or last coefficient or its discriminant in y^2 vanishes; one rational
-    settles each cell between these.
-    """
-    inner = list(excess)
-    while inner and inner[0] == 0:
-        inner.pop(0)
-    while inner and inner[-1] == 0:
-        inner.pop()
-    if not inner:
-        return []
-    edges = [inner[0], inner[-1]]
-    if len(inner) > 2:
-        edges.append(discriminant(Poly(inner[::-1], W).as_expr(), W))
-    cuts = _distinct(x for e in edges if e.has(gamma) for x in numbers_with(e))
-    found: list[tuple[Algebraic, Algebraic | None]] = []
-    for low, high in pairwise([None, *cuts, None]):
-        start = Integer(0) if low is None else approximate(low)
-        middle = start + 1 if high is None else (start + approximate(high)) / 2
-        open_cell = is_stable(inner, rational_number(Rational(middle)))
-        if open_cell and low is not None:
-            if found and found[-1][1] is low:
-                found[-1] = (found[-1][0], high)
-            else:
-                found.append((low, high))
-        elif low is not None and not (found and found[-1][1] is low) and is_stable(inner, low):
-            found.append((low, low))
-    return found
-
-
-def _distinct(numbers: Iterable[Algebraic]) -> list[Algebraic]:
-    kept: list[Algebraic] = []
-    for number in sorted(numbers, key=approximate):
-        if not kept or not number.shares_generator(kept[-1]):
-            kept.append(number)
-    return kept
 
 
 # --- every rho_inf in [0, 1] ---------------------------------------------------------------------------
@@ -299,7 +218,8 @@ def _free(wish: Wish, function: StabilityFunction, budget: Budget, *, proved_sta
             why.append(f"  {where}: R(oo) has no stationary point and E >= 0 in all of [{_short(low)}, {_short(high)}]")
             kept.append(Candidate(function, branch.equation, branch.ends))
     if kept:
-        return Result("found", ordered(kept, wish.least), (*why, *_best(wish, kept)))
+        best = ordered(kept, wish.least)
+        return Result("found", best, (*why, *_best(wish, kept), *_others(wish, best[0], budget)))
     for radius in (Rational(1), Rational(0), Rational(1, 2)):
         one = search(Wish(wish.sub_steps, wish.order, radius, wish.one_stiffness, wish.least), budget)
         if one.verdict == "none":
@@ -324,17 +244,16 @@ def branches(
     at_infinity: Expr, excess: Sequence[Expr], budget: Budget, *, proved_stable: bool = False
 ) -> Iterator[tuple[Branch, str]]:
     """Every such interval, with what excludes it, or ''."""
-    zeros = numbers_with(_numerator(at_infinity))
-    turns = numbers_with(_numerator(cancel(at_infinity.diff(gamma))))
+    zeros = numbers_with(numerator_of(at_infinity))
+    turns = numbers_with(numerator_of(cancel(at_infinity.diff(gamma))))
     poles = numbers_with(fraction(together(at_infinity))[1])
     cells = [] if proved_stable else stable_intervals(excess)
     for sign in (1, -1):
-        equation = Poly(fraction(together(at_infinity - sign * rho_inf))[0], gamma, rho_inf)
-        equation = equation.clear_denoms(convert=True)[1].primitive()[1].as_expr()
-        ones = numbers_with(_numerator(at_infinity - sign))
+        equation = numerator_of(at_infinity - sign * rho_inf)
+        ones = numbers_with(numerator_of(at_infinity - sign))
         marks = sorted([*((x, 0) for x in zeros), *((x, 1) for x in ones)], key=lambda mark: approximate(mark[0]))
         for (left, a), (right, b) in pairwise(marks):
-            if a == b or any(_between(x, left, right) for x in (*turns, *poles)):
+            if a == b or any(between(x, left, right) for x in (*turns, *poles)):
                 continue
             budget.begin_step(f"A-stability for gamma between {shown(left)} and {shown(right)}")
             ends = (left, right) if a == 1 else (right, left)
@@ -342,8 +261,10 @@ def branches(
             yield Branch(equation, ends), "" if covered else UNSTABLE
 
 
-def _contains(cell: tuple[Algebraic, Algebraic | None], left: Algebraic, right: Algebraic) -> bool:
+def _contains(cell: tuple[Algebraic, Algebraic | None], left: Algebraic, right: Algebraic | None) -> bool:
     low, high = cell
+    if right is None:
+        return high is None
     starts = low.shares_generator(left) or approximate(low) < approximate(left)
     ends = high is None or high.shares_generator(right) or approximate(right) < approximate(high)
     return starts and ends

@@ -5,16 +5,17 @@ statement on one polynomial, E(y) = |1 - i gamma y|^(2n) - |P(iy)|^2 >= 0 (Haire
 gamma > 0 it is A-stability: no undamped or damped oscillation grows at any step.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
+from itertools import pairwise
 from math import comb, factorial
 from typing import Any
 
 from substep_derive.algebra.algebraic import Algebraic, Field, generator, irreducible, real_roots
 from substep_derive.algebra.points import count_real_roots
 from substep_derive.declare.symbols import gamma
-from sympy import QQ, Expr, Integer, Poly, Rational, Symbol, cancel, expand, factor, fraction, together
+from sympy import QQ, Expr, Integer, Poly, Rational, Symbol, cancel, discriminant, expand, factor, fraction, together
 
 W = Symbol("w")  # y^2
 
@@ -90,6 +91,7 @@ def numbers_with(equation: Expr, low: Any = 0, high: Any = None) -> list[Algebra
     return sorted(found, key=approximate)
 
 
+@cache
 def approximate(number: Algebraic, digits: int = 40) -> Expr:
     """The root r of an Algebraic as a decimal number, with which others are put in order."""
     polynomial, (low, high) = number.polynomial, number.interval
@@ -137,3 +139,43 @@ def is_stable(excess: Sequence[Expr], number: Algebraic) -> bool:
 def rational_number(value: Rational) -> Algebraic:
     """A rational as an Algebraic."""
     return Algebraic((value.q, -value.p), (value, value))
+
+
+def stable_intervals(excess: Sequence[Expr]) -> list[tuple[Algebraic, Algebraic | None]]:
+    """The maximal intervals of gamma > 0 in which E >= 0 for every y, closed; None for an end at oo.
+
+    The sign of E changes only where its first or last coefficient or its discriminant in y^2 vanishes; one rational
+    settles each cell between these.
+    """
+    inner = list(excess)
+    while inner and inner[0] == 0:
+        inner.pop(0)
+    while inner and inner[-1] == 0:
+        inner.pop()
+    if not inner:
+        return []
+    edges = [inner[0], inner[-1]]
+    if len(inner) > 2:
+        edges.append(discriminant(Poly(inner[::-1], W).as_expr(), W))
+    cuts = _distinct(x for e in edges if e.has(gamma) for x in numbers_with(e))
+    found: list[tuple[Algebraic, Algebraic | None]] = []
+    for low, high in pairwise([None, *cuts, None]):
+        start = Integer(0) if low is None else approximate(low)
+        middle = start + 1 if high is None else (start + approximate(high)) / 2
+        open_cell = is_stable(inner, rational_number(Rational(middle)))
+        if open_cell and low is not None:
+            if found and found[-1][1] is low:
+                found[-1] = (found[-1][0], high)
+            else:
+                found.append((low, high))
+        elif low is not None and not (found and found[-1][1] is low) and is_stable(inner, low):
+            found.append((low, low))
+    return found
+
+
+def _distinct(numbers: Iterable[Algebraic]) -> list[Algebraic]:
+    kept: list[Algebraic] = []
+    for number in sorted(numbers, key=approximate):
+        if not kept or not number.shares_generator(kept[-1]):
+            kept.append(number)
+    return kept

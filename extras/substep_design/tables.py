@@ -21,7 +21,7 @@ from substep_derive.declare.symbols import gamma
 from sympy import Expr, Integer, Matrix, Rational, Symbol, cancel, expand, factor, factor_list, fraction, together
 
 from .answer import Budget
-from .search import Candidate
+from .candidate import Candidate
 from .stability_function import StabilityFunction, approximate, numbers_with, sign_at
 
 HALF = Rational(1, 2)
