@@ -83,4 +83,4 @@ def test_the_last_steps_stay_as_they_are_where_a_longer_one_saves_no_step() -> N
     held = 0.25
     for saved, taken in ((0.9, 1.0), (1.1, 2.0)):  # steps saved until the end, over the work of a change
         left = 2.0 * held * saved * module.CHANGE  # steps of twice the length save half
-        assert module._on_ladder(2.0 * held, held, held, 2.0, left, 0.0, module.CHANGE) == taken * held
+        assert module._on_ladder(2.0 * held, held, held, 2.0, left, 0.0, module.CHANGE)[0] == taken * held

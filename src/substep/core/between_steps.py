@@ -52,7 +52,7 @@ def sampled(r: R, times: ArrayLike) -> R:
         )
     u, v, a = _at(r, np.clip(wanted, r.t[0], r.t[-1]))
     last = r.last or partial(getattr, r, "state")
-    return replace(r, u=u, v=v, own_a=a, times=wanted, step=np.nan, last=last, **r.at_times(wanted, u))
+    return replace(r, u=u, v=v, own_a=a, times=wanted, step=np.nan, last=last, before=None, **r.at_times(wanted, u))
 
 
 def require_reached(times: Array, t_end: float) -> None:
@@ -97,6 +97,11 @@ def _at(r: Response, times: Array) -> tuple[Array, Array, Array | None]:
     """
     t, u, v = r.t, np.asarray(r.u), np.asarray(r.v)
     a = np.asarray(r.a) if r.has_a else None
+    rows = (u, v, a)
+    if r.before is not None and len(t) > 1:
+        begin, (first_u, first_v, *first_a) = r.before
+        t, u, v = np.append(begin, t[1:]), np.vstack([first_u, u[1:]]), np.vstack([first_v, v[1:]])
+        a = None if a is None else np.vstack([*first_a, a[1:]])
     k = np.clip(np.searchsorted(t, times, side="right") - 1, 0, max(len(t) - 2, 0))
     if len(t) == 1:
         return u[k], v[k], None if a is None else a[k]
@@ -112,8 +117,8 @@ def _at(r: Response, times: Array) -> tuple[Array, Array, Array | None]:
         away = np.asarray(np.abs(t[k + 1, None] - breaks) > JUMP * h)
         smooth = away.all(axis=1, keepdims=True)
         found = [np.where(smooth, x, y) for x, y in zip(whole, found, strict=True)]
-    at_end = (times == t[k]) * 1 + (times == t[k + 1]) * 2
-    for x, of in zip(found, (u, v, a), strict=True):
+    at_end = (times == r.t[k]) * 1 + (times == r.t[k + 1]) * 2
+    for x, of in zip(found, rows, strict=True):
         for place in (1, 2):
             if of is not None:
                 x[at_end == place] = of[k[at_end == place] + place - 1]

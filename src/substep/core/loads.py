@@ -267,6 +267,13 @@ def break_points(load: Load | None, t_end: float) -> Array:
     return found[(found > 0.0) & (found < t_end)]
 
 
+def peak(load: Load, sizes: Array) -> float:
+    """The largest modulus, whenever it is; of one of the user's own the largest of these, at some times."""
+    if isinstance(load, KINDS):
+        return abs(load.amplitude)
+    return float(np.abs(load.samples).max() if isinstance(load, Record) else sizes.max())
+
+
 def jumps(load: Load | None) -> Array:
     """Times at which a load jumps, ascending; one of the user's own is taken for continuous."""
     if isinstance(load, Step) and load.amplitude != 0.0:

@@ -32,7 +32,9 @@ class State:
     with these, a run goes on as if it had not been broken, else the scheme starts anew from u, v, a. steps: of this dt
     since the time `origin`, for the instants of the load to be the same to the bit. dt_next: of a run with chosen
     steps, the length of its next one, s. more: what else only such a run reads, as the tangents that an iteration
-    keeps. memory: what the laws of a scene remember, by name; of a structure, arrays: of springs (s,), and states.
+    keeps, and the fork of a run with chosen steps: where it was before t_end first changed the length of a step, with
+    all that its steps are chosen by. memory: what the laws of a scene remember, by name; of a structure, arrays: of
+    springs (s,), and states.
     """
 
     t: float

@@ -85,7 +85,8 @@ def march(
 
     start: a response, its `state`, or a dictionary of t, u, v and, where known, a and history, from which the run goes
     on: t_end is then of the same time, and the load and the scene may be other ones. With the same scheme and dt it is
-    the run that was not broken, to the bit; another scheme or dt starts from u, v, a. See docs/going_on.md.
+    the run that was not broken, to the bit, and so it is in the rows after the start where steps were chosen and are so
+    by the same rules; another scheme, dt or tol starts from u, v, a. See docs/going_on.md.
 
     at: ascending times at which rows are wanted in place of those of the steps: by Hermite's polynomial in u, v and a
     at both ends of a step, whose error is of higher order than the scheme's up to order four. until: a function of

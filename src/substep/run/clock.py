@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from ..core.arrays import Array
 from ..core.between_steps import ascending
 from ..core.errors import real_array, real_number, whole
+from ..core.loads import ROUNDING
 from ..core.state import State
 
 CHOSEN = ("rtol", "atol", "dt_first", "dt_min", "dt_max", "grid", "rung")  # what is asked of chosen steps, with tol
@@ -112,7 +113,8 @@ class Control:
     scale of a component of u is atol_u + rtol*|u|, that of v is atol_v + share_v*(largest |v| so far) + rtol*|v|.
     dt_first: 0 to choose it from the first accelerations; dt_min, dt_max: bounds, s. grid (n,): times at which rows are
     wanted, None for a row a step. rung: ratio of the lengths between which steps move, 0 for any length, None for what
-    the kernels' derivation says.
+    the kernels' derivation says. start: where they begin, unless it is t = 0 or dt_first was asked for; they go on from
+    its fork if it is one of the same march.
     """
 
     t_end: float
@@ -126,6 +128,7 @@ class Control:
     grid: Array | None = None
     rung: float | None = None
     t_begin: float = 0.0
+    start: State | None = None
 
     @classmethod
     def of(
@@ -185,10 +188,15 @@ class Control:
         t_begin = 0.0
         if start is not None:
             _require_after(t_end, t_begin := start.t)
-            if "dt_first" not in steps and start.dt_next is not None:
+            start = None if "dt_first" in steps else start
+            if start is not None and start.dt_next is not None:
                 steps["dt_first"] = min(max(start.dt_next, low), high)
         rows = None if grid is None else _grid(grid, t_begin, t_end)
-        return cls(t_end, rtol, atol_u, atol_v, share_v, **steps, grid=rows, rung=rung, t_begin=t_begin)
+        return cls(t_end, rtol, atol_u, atol_v, share_v, **steps, grid=rows, rung=rung, t_begin=t_begin, start=start)
+
+    def behind(self, times: Any) -> Any:
+        """Whether times are after the one at which the steps begin, by more than rounding."""
+        return times > self.t_begin * (1.0 + ROUNDING)
 
     def over(self, length: Any, tol: Any, given: Collection[str]) -> "Control":
         """The same for lanes: scene's lengths and tolerances (P,); given: arguments that stay as they are."""

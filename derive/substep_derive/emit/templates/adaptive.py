@@ -19,8 +19,8 @@ SCENE = "{scene}"
 # numbers of a lane, in order: parameters, weights of the estimate's terms, what is asked of the run
 SCALARS = {scalars}
 # places in a lane's control and counts
-(TIME, PROPOSED, BEFORE, LAST, SPEED, PEAK, SMALLEST, LARGEST, BASE, HELD), CONTROL = range(10), 10
-(BEGUN, TARGET, ROWS, GRID, ACCEPTED, REJECTED, FAILED), COUNTS = range(7), 7
+(TIME, PROPOSED, BEFORE, LAST, SPEED, PEAK, SMALLEST, LARGEST, BASE, HELD, MADE), CONTROL = range(11), 11
+(BEGUN, TARGET, ROWS, GRID, ACCEPTED, REJECTED, FAILED, PAUSES), COUNTS = range(8), 8
 BALANCES = {balances}
 # rows of the state: the scheme's, and what an estimate reads of the step before
 STATE = {state}
@@ -30,7 +30,7 @@ DEGREE = {degree}
 OPERATIONS = {operations}
 # ratio of the lengths between which steps move, 0.0 for any length; and the work of a change of length, in steps
 RUNG, CHANGE = {rung}, {change}
-COMPLETED, NON_FINITE, ENERGY_BOUND, STEP_TOO_SMALL, BUFFER_FULL = 0, 2, 3, 4, 5
+COMPLETED, NON_FINITE, ENERGY_BOUND, STEP_TOO_SMALL, BUFFER_FULL, PAUSED = 0, 2, 3, 4, 5, 6
 # contract: a product and a sum may become one operation; sums keep their order
 '''
 
@@ -54,7 +54,7 @@ def _first(numbers, start, t, load, samples, middle):
 {scales}
     d0 = {d0}
     d1 = {d1}
-    trial = _trial(d0, d1, t_end)
+    trial = _trial(d0, d1, length, fast)
 {moved}
     t += trial
 {second}
@@ -62,7 +62,7 @@ def _first(numbers, start, t, load, samples, middle):
         fast = np.sqrt(length * {moving})
 {more}
     d2 = {d2} / trial
-    return _first_length(d1, d2, trial, power, t_end), fast
+    return _first_length(d1, d2, trial, power), fast
 '''
 
 HALVES = '''
@@ -127,7 +127,7 @@ def _lane(
         middle = 0.5 * (t_begin + targets[0])
 {begin}
         control[TIME], control[LAST], control[PEAK], control[SMALLEST] = t_begin, np.nan, -np.inf, np.inf
-        control[BEFORE], control[LARGEST] = -1.0, 0.0
+        control[BEFORE], control[LARGEST], control[MADE] = -1.0, 0.0, np.nan
         control[PROPOSED], control[SPEED] = _first(numbers, start, t_begin, load, samples, middle)
         if dt_first > 0.0:
             control[PROPOSED] = dt_first
@@ -144,9 +144,9 @@ def _lane(
     t, proposed, before, last = control[TIME], control[PROPOSED], control[BEFORE], control[LAST]
     speed, peak, smallest, longest = control[SPEED], control[PEAK], control[SMALLEST], control[LARGEST]
     at, row, place, accepted = counts[TARGET], counts[ROWS], counts[GRID], counts[ACCEPTED]
-    held, base = control[HELD], control[BASE]
+    held, base, made = control[HELD], control[BASE], control[MADE]
     low = _kept_from(rung, power)
-    known, middle, status, made = np.nan, np.nan, COMPLETED, last
+    known, middle, status = np.nan, np.nan, COMPLETED
 {no_step}    while t < t_end:
         if row == times.size and row > 0 and grid.size == 0:
             status = BUFFER_FULL
@@ -155,14 +155,17 @@ def _lane(
             while targets[at] <= t:
                 at += 1
             middle = 0.5 * (targets[at] + (targets[at - 1] if at > 0 else t_begin))
-        if proposed != held:
-            if rung > 1.0:
-                proposed = _on_ladder(proposed, held, base, rung, t_end - t, dt_min, CHANGE)
-            held = proposed
+        wanted, spared = proposed, False
+        if proposed != held and rung > 1.0:
+            wanted, spared = _on_ladder(proposed, held, base, rung, t_end - t, dt_min, CHANGE)
+        h, landing = _reaching(min(wanted, dt_max), targets[at] - t)
+        if counts[PAUSES] == 1 and (spared or (at + 1 == targets.size and (landing or h < min(wanted, dt_max)))):
+            status = PAUSED
+            break
+        proposed = held = wanted
         if not proposed >= dt_min or proposed <= 1e-15 * t:
             status = STEP_TOO_SMALL
             break
-        h, landing = _reaching(min(proposed, dt_max), targets[at] - t)
         end = targets[at] if landing else t + h
         if h != known:
             known = h
@@ -204,7 +207,7 @@ def _lane(
 {write_state}
 {old_back}
     control[TIME], control[PROPOSED], control[BEFORE], control[LAST] = t, proposed, before, last
-    control[SPEED], control[PEAK], control[HELD] = speed, peak, held
+    control[SPEED], control[PEAK], control[HELD], control[MADE] = speed, peak, held, made
     control[SMALLEST], control[LARGEST] = smallest, longest
     counts[TARGET], counts[ROWS], counts[GRID], counts[ACCEPTED] = at, row, place, accepted
     return status
@@ -230,6 +233,7 @@ def march(
 ):
     """March every lane in steps of chosen length until t_end, a failure, or full rows; call again to go on.
 
+    With counts[:, PAUSES] = 1 it pauses before the first step whose length t_end changes; with 0 it goes on from there.
     numbers (lanes, SCALARS); start (lanes, {rows}, {d}): u, v, a at t_begin; load (lanes or 1, 4), samples of a record;
     targets (lanes or 1, n): times on which steps end, ascending, the last t_end; grid (n,): times at which rows are
     wanted, none for a row at the start and after each step. counts[:, BEGUN] = 0 begins a run. state (lanes, STATE,

@@ -57,14 +57,15 @@ def _factor(size, before, ratio, power):
 def _on_ladder(wanted, held, base, rung, left, dt_min, change):
     """The longest base * rung**k that is at most the wanted length; the one held where a longer one saves too little.
 
-    left: the time to go, in which a longer step has to save more steps than its change costs, which is `change`.
+    left: the time to go, in which a longer step has to save more steps than its change costs, which is `change`. And
+    whether it does not.
     """
     found = base * rung ** np.floor(np.log(wanted / base) / np.log(rung) + 1e-9)
     if found < dt_min and dt_min <= wanted:
-        return dt_min
+        return dt_min, False
     if found > held and left * (1.0 / held - 1.0 / found) <= change:
-        return held
-    return found
+        return held, True
+    return found, False
 
 
 @_inner
@@ -108,19 +109,20 @@ def _next(h, proposed, size, before, last, low, rung, power, measured):
 
 
 @_inner
-def _trial(d0, d1, t_end):
+def _trial(d0, d1, length, fast):
     """Length of a first trial; d0, d1: root mean squares of the motion, and of its slopes, over the scales of errors.
 
-    Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), II.4.
+    Where the motion is too small for them, from its length and speed; at complete rest 1e-6 s. It does not depend on
+    when the run ends. Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), II.4.
     """
-    trial = 0.01 * d0 / d1 if d0 > 1e-5 and d1 > 1e-5 else 1e-6 * t_end
-    return min(trial, t_end)
+    if d0 > 1e-5 and d1 > 1e-5:
+        return 0.01 * d0 / d1
+    return 1e-3 * length / fast if fast > 0.0 else 1e-6
 
 
 @_inner
-def _first_length(d1, d2, trial, power, t_end):
+def _first_length(d1, d2, trial, power):
     """Length of a step of which nothing is known before it; d2: as d1, of the change of the slopes over the trial."""
     steepest = max(d1, d2)
-    found = (0.01 / steepest) ** (2.0 * power) if steepest > 1e-15 else max(1e-6 * t_end, 1e-3 * trial)
-    return min(100.0 * trial, found)
+    return min(100.0 * trial, (0.01 / steepest) ** (2.0 * power)) if steepest > 1e-15 else trial
 '''

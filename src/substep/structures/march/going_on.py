@@ -1,6 +1,6 @@
 """Where a march of a structure goes on from, and where it stands."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -73,12 +73,25 @@ def _own_rows(state: State, run: Run) -> Array | None:
 
 def _tangents(state: State) -> list[Tangent | None]:
     """Those that systems kept where a march of the same scheme ended."""
-    numbers = [int(name.split()[1]) for name in state.more if name.endswith(" at")]
+    return tangents_in(state.more)
+
+
+def tangents_in(more: Mapping[str, Array], first: str = "") -> list[Tangent | None]:
+    """Those that `tangent_arrays` has named, beginning with `first`."""
+    names = [name.removeprefix(first) for name in more if name.startswith(f"{first}tangent ")]
+    numbers = [int(name.split()[1]) for name in names if name.endswith(" at")]
     found: list[Tangent | None] = [None] * (max(numbers, default=-1) + 1)
     for k in numbers:
-        t, largest = state.more[f"tangent {k}"].tolist()
-        found[k] = Tangent(t, state.more[f"tangent {k} at"], largest)
+        t, largest = more[f"{first}tangent {k}"].tolist()
+        found[k] = Tangent(t, more[f"{first}tangent {k} at"], largest)
     return found
+
+
+def tangent_arrays(tangents: Sequence[Tangent | None], first: str = "") -> dict[str, Array]:
+    """The tangents that systems keep as arrays, whose names begin with `first`."""
+    kept = [(f"{first}tangent {k}", x) for k, x in enumerate(tangents) if x is not None]
+    at = {f"{name} at": x.at for name, x in kept}
+    return at | {name: np.array([x.t, x.largest]) for name, x in kept}
 
 
 def stands(
@@ -121,8 +134,5 @@ def _state(
         here = replace(here, memory=structure.internal.named(memory))
     if rows is None:
         return here
-    more = {f"tangent {k} at": x.at for k, x in enumerate(tangents) if x is not None}
-    more |= {f"tangent {k}": np.array([x.t, x.largest]) for k, x in enumerate(tangents) if x is not None}
-    return replace(
-        here, history=dict(zip(bare(scheme.state), rows, strict=True)), of=whose(scheme, kind_of(structure)), more=more
-    )
+    history, of = dict(zip(bare(scheme.state), rows, strict=True)), whose(scheme, kind_of(structure))
+    return replace(here, history=history, of=of, more=tangent_arrays(tangents))

@@ -20,6 +20,7 @@ from ..solvers.combine import combined
 from ..solvers.matrices import is_identity
 from .energies import Energies, accounted, held_at_start
 from .fixed_steps import BLOCK
+from .fork import stands as stands_at
 from .going_on import stands, stood
 from .newton import Tangent
 from .response import Account, StructureResponse
@@ -251,16 +252,25 @@ class ChosenHistories(Kept):
         super().__init__(clock.run, dofs, account, started)
         self.clock = clock
         self.springs = None if self.run.memory is None else SpringRows(self.run, 1)
-        self.rows: list[Array] = [self.select(clock.here[: self.kinds])]
+        self.rows: list[Array] = [self.select(clock.run.given[: self.kinds])]
         self.times, self.lengths = [self.run.time(0)], []
+        self.again = 0  # steps that a march from a fork makes until the start
+        self.before = self._place if clock.t < self.times[0] else None
         self.counts: list[list[int]] = []
 
     def add(self, step: Trial) -> None:
         """A step."""
         rows = self.clock.here[: self.kinds]
+        self.lengths.append(step.h)
+        self.counts.append(step.march.counts)
+        if not self.clock.asked.behind(step.t):
+            self.again, self.before = self.again + 1, self._place
+            return
         if self.energies is not None:
             half, load, next_load = self.clock.energy_loads
-            energies = self.energies.after(self.run.structure, rows[:2], step.t, step.h, load, half, self.clock.memory)
+            energies = self.energies.after(
+                self.run.structure, rows[:2], step.t, self.clock.seen, load, half, self.clock.memory
+            )
             self.energies = energies._replace(loads=next_load)
             self.accounts.append(np.array([energies.row]))
         if self.springs is not None and self.clock.memory is not None:
@@ -268,8 +278,13 @@ class ChosenHistories(Kept):
             self.springs.shortened = self.clock.shortened
         self.rows.append(self.select(rows))
         self.times.append(step.t)
-        self.lengths.append(step.h)
-        self.counts.append(step.march.counts)
+
+    @property
+    def _place(self) -> tuple[float, Array]:
+        """Where the clock is, s, and u, v, a there."""
+        t, memory, (u, v, a) = self.clock.t, self.clock.memory, self.clock.here
+        own = a if self.kinds == 3 else self.run.structure.acceleration(t, u, v, memory=memory)
+        return t, self.select(np.array([u, v, own]))
 
     def response(self, status: Status) -> StructureResponse:
         """The rows so far, and how the march ended."""
@@ -280,11 +295,17 @@ class ChosenHistories(Kept):
         statistics = Statistics(
             len(counts), clock.rejected, clock.newton_failed, tuple(sums), tuple(most), min(lengths), max(lengths)
         )
+        state, last = clock.stands, partial(replace, clock.stands)
+        if status == "completed":
+            last = partial(stands_at, state, run, clock.asked, clock.shares, clock.fork)
+        elif self.started is not None and not clock.asked.behind(state.t):
+            last = partial(replace, self.started)
+        failed = None if status == "completed" else clock.t + clock.dt_next
         return StructureResponse(
-            rows[:, 0], rows[:, 1], counts, status, None if status == "completed" else clock.t + clock.dt_next,
+            rows[:, 0], rows[:, 1], counts[self.again :], status, failed,
             run.structure, run.scheme, np.nan, rows[:, 2] if len(counts) and self.kinds == 3 else None,
             np.array(self.times), statistics,
-            started=self.started, last=partial(replace, clock.stands), dofs=tuple(self.dofs),
+            started=self.started, last=last, before=self.before, dofs=tuple(self.dofs),
             account=self.account(len(rows), status, f"steps of up to {max(lengths):.3g}"),
             springs=None if self.springs is None else self.springs.histories(len(rows)),
             remembered=None if self.springs is None else self.springs.remembered(len(rows)),

@@ -1,7 +1,7 @@
 """Steps of a structure that are chosen from the estimated local error, by the controller of the scenes' kernels."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +12,7 @@ from ...core.state import State
 from ...run.clock import Control
 from ..model.memory import RememberingForce
 from ..solvers.combine import combined
+from .fork import gone_on_from
 from .local_error import Estimate, Source
 from .scheme_plan import step_of
 from .sided_loads import Forces, step_control
@@ -46,12 +47,14 @@ class ChosenSteps:
                 f"expected mass at each degree of freedom where steps are chosen, got none at "
                 f"{s.named(int(s.massless[0]))}; condense such degrees of freedom, or give dt"
             )
-        self.run, self.asked, self.t_end = run, asked, t_end
+        self.run, self.asked, self.shares, self.t_end = run, asked, shares, t_end
         self.estimate = Estimate(
             scheme.local_error(s.C is not None or (s.internal is not None and s.internal.reads > 1))
         )
         self.power = 0.5 / (self.estimate.error.order + 1)
-        self.forces, self.lengths = Forces(s, asked.t_begin, t_end), Lengths(run)
+        self.lengths, gone_on = Lengths(run), gone_on_from(run, asked, shares)
+        self.t: float = float(gone_on["numbers"][0]) if gone_on else asked.t_begin
+        self.forces = Forces(s, self.t, t_end)
         changing = [
             x for x in step_of(scheme, t_end).systems
             if x.linear_stiffness[x.place] != 0.0 or (s.C is not None and x.damping[x.place] != 0.0)
@@ -62,7 +65,6 @@ class ChosenSteps:
         self.length = reach(s, t_end, *self.here[:2])
         self.scales = Scales(asked.rtol, (asked.atol_u, asked.atol_v), shares, [self.length, rms(self.here[1])])
         self.status: Status = "completed"
-        self.t: float = asked.t_begin
         self.done: int = 0
         self.targets: list[float] = self.forces.targets.tolist()  # that are ahead
         self.middle: float = 0.5 * (self.t + self.targets[0])  # of the time until the first of them
@@ -75,13 +77,17 @@ class ChosenSteps:
         self.memory = run.memory  # what the internal force remembers there
         self.known: dict[Source, Array] = {}
         self.dt_next: float = math.nan
-        self.wanted: float = math.nan  # length of the step to try
+        self.wanted = self.held = self.base = math.nan  # length of the step to try, of those before, and of the first
         self.before, self.last = -1.0, math.nan  # size of the error of the step before, negative for none; its length
         self.made: float = math.nan  # length of the step that an acceleration in the state is of
+        self.seen: float = 0.0  # length of the last step, s, as far as it is after the start
+        self.fork = dict[str, Array]()  # where the march was before t_end first changed a step; empty before that
+        if gone_on:
+            self._resume(gone_on)
 
     @property
     def stands(self) -> State:
-        """What a later march goes on from."""
+        """What a later march goes on from, but for the fork."""
         s = self.run.structure
         u, v, *a = (s.T @ x for x in self.here[: len(step_of(self.run.scheme, 1.0).report)])
         found = State(self.t, u, v, a[0] if a else None, dt_next=self.dt_next)
@@ -92,21 +98,25 @@ class ChosenSteps:
     def trials(self) -> Iterator[Trial]:
         """The steps to compute. Raises ValueError for a singular effective matrix."""
         asked, control = self.asked, step_control()
-        if self.carries:
-            self.known["start", "a"] = self.forces.acceleration(self.t, self.middle, *self.here[:2], self.memory)
-        first = self.first()
-        base = held = self.wanted = self.dt_next = asked.dt_first or first
+        if math.isnan(self.base):
+            if self.carries:
+                self.known["start", "a"] = self.forces.acceleration(self.t, self.middle, *self.here[:2], self.memory)
+            first = self.first()
+            self.base = self.held = self.wanted = self.dt_next = asked.dt_first or first
         while self.t < self.t_end:
-            if self.wanted != held:
-                if self.rung > 1.0:
-                    self.wanted = control._on_ladder(
-                        self.wanted, held, base, self.rung, self.t_end - self.t, asked.dt_min, self.change
-                    )
-                held = self.wanted
-            if not self.wanted >= asked.dt_min or self.wanted <= 1e-15 * self.t:
-                self.dt_next, self.status = self.wanted, "step_too_small"
+            wanted, spared = self.wanted, False
+            if wanted != self.held and self.rung > 1.0:
+                wanted, spared = control._on_ladder(
+                    wanted, self.held, self.base, self.rung, self.t_end - self.t, asked.dt_min, self.change
+                )
+            longest = min(wanted, asked.dt_max)
+            h, landing = control._reaching(longest, self.targets[0] - self.t)
+            if not self.fork and (spared or (len(self.targets) == 1 and (landing or h < longest))):
+                self.fork = self._as_arrays()
+            self.wanted = self.held = wanted
+            if not wanted >= asked.dt_min or wanted <= 1e-15 * self.t:
+                self.dt_next, self.status = wanted, "step_too_small"
                 return
-            h, landing = control._reaching(min(self.wanted, asked.dt_max), self.targets[0] - self.t)
             march = self.lengths.of(h)
             self.shortened -= march.shortened  # in steps before
             self._adapt(h)
@@ -154,13 +164,13 @@ class ChosenSteps:
         scales.largest[1] = max(scales.largest[1], fastest)
         of_u, of_v = scales.of(0, u, u), scales.of(1, v, v)
         d0, d1 = (math.sqrt(float(np.mean((x / of_u) ** 2 + (y / of_v) ** 2))) for x, y in ((u, v), (v, a)))
-        trial = control._trial(d0, d1, self.t_end)
+        trial = control._trial(d0, d1, self.length, fastest)
         then = self.forces.acceleration(self.t + trial, self.middle, u + trial * v, v + trial * a, self.memory)
         if scales.largest[1] == 0.0:  # complete rest: only the load tells how fast the motion will be
             scales.largest[1] = math.sqrt(self.length * rms(then))
             of_v = scales.of(1, v, v)
         d2 = math.sqrt(float(np.mean((trial * a / of_u) ** 2 + ((then - a) / of_v) ** 2))) / trial
-        return float(control._first_length(d1, d2, trial, self.power, self.t_end))
+        return float(control._first_length(d1, d2, trial, self.power))
 
     def _adapt(self, h: float) -> None:
         """Bring an acceleration in the state that depends on the length of its step from that to this one."""
@@ -217,9 +227,35 @@ class ChosenSteps:
             self.known["before", name] = combined(march.steps.rows[name][None], X)[0]
         self.state = combined(march.steps.out, X)
         self.here = rows if len(rows) == 3 else np.vstack([rows, np.zeros_like(rows[:1])])
-        self.t, self.done = t, int(PARTS * (t - self.asked.t_begin) / (self.t_end - self.asked.t_begin))
-        half, load = (self.forces.factors(x, self.middle) for x in (t - 0.5 * step.h, t))
+        begin = self.asked.t_begin
+        self.seen = step.h if self.t >= begin else t - begin
+        self.t, self.done = t, max(self.done, int(PARTS * (t - begin) / (self.t_end - begin)))
+        half, load = (self.forces.factors(x, self.middle) for x in (t - 0.5 * self.seen, t))
         self.energy_loads = half, load, load
+
+    def _as_arrays(self) -> dict[str, Array]:
+        """All that the steps from here on follow from, for `_resume`."""
+        numbers = [self.t, self.wanted, self.held, self.base, self.before, self.last, self.made, self.length]
+        found = {"numbers": np.array([*numbers, *self.scales.largest]), "here": self.here, "state": self.state}
+        found |= {f"{name} {where}": x for (where, name), x in self.known.items() if where in ("start", "before")}
+        if self.memory is not None and isinstance(force := self.run.structure.internal, RememberingForce):
+            found |= {f"memory {name}": x for name, x in force.named(self.memory).items()}
+        return {name: x.copy() for name, x in (found | self.lengths.arrays).items()}
+
+    def _resume(self, fork: Mapping[str, Array]) -> None:
+        """Go on from there."""
+        numbers = fork["numbers"].tolist()
+        _, self.wanted, self.held, self.base, self.before, self.last, self.made, self.length = numbers[:8]
+        self.dt_next, self.scales.largest = self.wanted, numbers[8:]
+        self.here, self.state = fork["here"].copy(), fork["state"].copy()
+        self.known = {
+            (where, name): fork[f"{name} {where}"]
+            for where in ("start", "before") for name in (*self.estimate.names(where), "a") if f"{name} {where}" in fork
+        }  # fmt: skip
+        if isinstance(force := self.run.structure.internal, RememberingForce):
+            named = {name.removeprefix("memory "): x for name, x in fork.items() if name.startswith("memory ")}
+            self.memory = force.remembered(named)
+        self.lengths.recall(fork)
 
     def _cross(self) -> None:
         """Go on behind a break point: where the load jumps, the acceleration jumps with it, by M^-1 of it."""

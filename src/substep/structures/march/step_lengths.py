@@ -2,15 +2,18 @@
 
 import math
 from collections import OrderedDict
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ...core.arrays import Array
-from ...core.loads import values_at
+from ...core.loads import peak, values_at
 from ..model.model import Model
 from ..solvers.factorization import SingularMatrix, factorize
+from .going_on import tangent_arrays, tangents_in
 from .linear import Factors
+from .newton import NonlinearSystem, Tangent
 from .scheme_plan import step_of
 from .steps import Run, StructureSteps
 
@@ -24,19 +27,43 @@ class Lengths:
     """Steps of each of the last few lengths, ready to be solved."""
 
     run: Run
-    known: OrderedDict[float, StructureSteps] = field(default_factory=OrderedDict)
+    known: OrderedDict[float, StructureSteps | list[Tangent | None]] = field(default_factory=OrderedDict)
 
     def of(self, h: float) -> StructureSteps:
         """Those of this length, or of one that differs by rounding."""
-        for other in self.known:
+        found, length = list[Tangent | None](), h
+        for other, steps in self.known.items():
             if abs(h - other) <= SAME * h:
                 self.known.move_to_end(other)
-                return self.known[other]
-        run = replace(self.run, h=h, factors=Factors())
-        while len(self.known) >= LENGTHS:
-            self.known.popitem(last=False)
-        self.known[h] = run.prepared(step_of(run.scheme, h))
-        return self.known[h]
+                if isinstance(steps, StructureSteps):
+                    return steps
+                found, length = steps, other
+                break
+        else:
+            while len(self.known) >= LENGTHS:
+                self.known.popitem(last=False)
+        run = replace(self.run, h=length, factors=Factors())
+        self.known[length] = march = run.prepared(step_of(run.scheme, length))
+        for solver, tangent in zip(march.systems, found, strict=False):
+            if tangent is not None and isinstance(solver, NonlinearSystem):
+                solver.keep(tangent)
+        return march
+
+    @property
+    def arrays(self) -> dict[str, Array]:
+        """What `recalled` takes: the lengths, and of each the tangents in use."""
+        found = {"lengths": np.array(list(self.known))}
+        for j, steps in enumerate(self.known.values()):
+            kept = steps
+            if isinstance(steps, StructureSteps):
+                kept = [solver.tangent if getattr(solver, "solve", None) else None for solver in steps.systems]
+            found |= tangent_arrays(kept, f"{j} ")
+        return found
+
+    def recall(self, arrays: Mapping[str, Array]) -> None:
+        """Have the lengths of another march, which are prepared when they are first used."""
+        for j, h in enumerate(arrays.get("lengths", np.empty(0)).tolist()):
+            self.known[h] = tangents_in(arrays, f"{j} ")
 
 
 def rms(x: Array) -> float:
@@ -54,11 +81,8 @@ def reach(structure: Model, t_end: float, u: Array, v: Array) -> float:
     instants, found = np.linspace(0.0, t_end, INSTANTS), rms(u)
     sizes = [np.abs(values_at(g, instants)) for _, g in structure.loads]
     largest, mean = (
-        sum(
-            (shape * float(of(x)) for (shape, _), x in zip(structure.loads, sizes, strict=True)),
-            np.zeros(structure.size),
-        )
-        for of in (np.max, np.mean)
+        sum((shape * x for (shape, _), x in zip(structure.loads, of, strict=True)), np.zeros(structure.size))
+        for of in ([peak(g, x) for (_, g), x in zip(structure.loads, sizes, strict=True)], [x.mean() for x in sizes])
     )
     if not largest.any():
         return found or _swing(structure, t_end, u, v)
@@ -76,8 +100,10 @@ def _swing(structure: Model, t_end: float, u: Array, v: Array) -> float:
     The stiffness is that of the force itself, for the tangent need not be its derivative.
     """
     flight, brief = t_end * rms(v), 1e-6 * t_end
-    force = structure.restoring(0.0, u + brief * v, v) - structure.restoring(0.0, u, v)
-    stored = float(v @ force) / brief
+    if structure.internal is None:
+        stored = float(v @ (structure.K @ v))
+    else:
+        stored = float(v @ (structure.restoring(0.0, u + brief * v, v) - structure.restoring(0.0, u, v))) / brief
     return min(flight, math.sqrt(float(v @ (structure.M @ v)) / stored) * rms(v)) if stored > 0.0 else flight
 
 
