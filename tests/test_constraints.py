@@ -270,6 +270,16 @@ def test_what_cannot_hold_a_constraint_is_refused_by_name(name: str, reason: str
     assert name in str(found.value)
 
 
+@pytest.mark.parametrize("name", GROWING)
+def test_a_sweep_refuses_them_before_any_run(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where only some values of a parameter multiply errors."""
+    monkeypatch.setattr("substep.sweeps.scene_plan.march_group", None)
+    with pytest.raises(ValueError, match=rf"rod_pendulum .* got {name}, which multiplies them by {GROWING[name]}"):
+        ss.sweep("rod_pendulum", name, dt=0.01, t_end=0.1, L=[1.0, 2.0])
+    with pytest.raises(ValueError, match="got newmark, which multiplies them by"):
+        ss.sweep("rod_pendulum", "newmark", beta=[0.25, 0.2], gamma=0.5, dt=0.01, t_end=0.1)
+
+
 def test_every_scheme_is_taken_or_refused() -> None:
     assert REFUSED | set(TAKEN) == set(ss.schemes())
 

@@ -172,8 +172,7 @@ def marched(
     state = None if start is None else _on_scene(scene, State.given(start))
     steps = steps_of(dt, tol, t_end, stride=stride, length=scene.length, start=state, chosen=chosen)
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
-    if scene.info.multipliers or scene.info.contacts:
-        _require_decay(scene, scheme)
+    require_decay(scene, scheme)
     if isinstance(steps, Control):
         return march_adaptive(scene, scheme, steps, bound=bound, start=state and _behind_jump(scene, state))
     n, stride = steps.n, steps.stride
@@ -197,15 +196,18 @@ def marched(
     return _response(scene, scheme, steps, rows, n_done, status, iterations, state, known, growth, memory)
 
 
-def _require_decay(scene: Scene, scheme: Scheme) -> None:
-    """Raises ValueError for a scheme that multiplies what a start has wrong, or rounding, on a constraint.
+def require_decay(scene: Scene, scheme: Scheme) -> None:
+    """Raises ValueError for a scheme that multiplies what a start has wrong, or rounding, on a constraint or contact.
 
-    That is by its spectral radius at infinity, as a constraint is an infinitely stiff spring.
+    That is by its spectral radius at infinity, as a constraint is an infinitely stiff spring; at any of its parameters.
     """
-    if scheme.rho_inf is not None and 1.0 + 1e-9 < float(scheme.rho_inf) < math.inf:
+    if not (scene.info.multipliers or scene.info.contacts) or scheme.rho_inf is None:
+        return
+    radii = np.ravel(scheme.rho_inf)
+    if (growing := radii[(radii > 1.0 + 1e-9) & (radii < math.inf)]).size:
         raise ValueError(
             f"expected a scheme for {scene.name} that damps errors along its constraints, got {scheme.name}, which "
-            f"multiplies them by {float(scheme.rho_inf):.4g} in each step; take one with rho_inf <= 1"
+            f"multiplies them by {growing.max():.4g} in each step; take one with rho_inf <= 1"
         )
 
 

@@ -20,6 +20,7 @@ from ..core.schemes import scheme as make_scheme
 from ..core.single import Dtype, require_possible
 from ..marching.adaptive import adaptive_kernels
 from ..marching.linear import LOADED
+from ..marching.run import require_decay
 from ..marching.scene_lanes import pair_kernels
 from ..run.axes import RESERVED, Axis, Keep, Owner, asked
 from ..run.clock import Control
@@ -279,8 +280,7 @@ def _check(plan: ScenePlan) -> None:
             for value in (axis.values.min(), axis.values.max()) if known else axis.values:
                 replace(plan.load, **{axis.key: float(value)})  # type: ignore[type-var]
     steps = plan.steps
-    plan.scheme_of_all  # noqa: B018 (making it checks it)
-    plan.scene_of_one  # noqa: B018
+    require_decay(plan.scene_of_one, plan.scheme_of_all)  # making them checks them
     if plan.by_tol:
         _check_chosen(plan)
         return
