@@ -37,7 +37,9 @@ def root(F: Callable[[Array], Array], x: Array) -> Array:
     return x
 
 
-def newmark(p: Rods, h: float, state: tuple[Array, ...], beta: float, gamma: float) -> tuple[Array, ...]:
+def newmark(
+    p: Rods, h: float, state: tuple[Array, ...], beta: float, gamma: float, *, at_velocities: bool = False
+) -> tuple[Array, ...]:
     u, v, a, old = state
     d = len(u)
 
@@ -47,7 +49,7 @@ def newmark(p: Rods, h: float, state: tuple[Array, ...], beta: float, gamma: flo
     def F(x: Array) -> Array:
         u1, v1 = at(x[:d])
         rest = p.masses * x[:d] - p.force(u1, v1) + p.reaction(u1, x[d:])
-        return np.append(rest, p.g(u1) / (beta * h**2))
+        return np.append(rest, p.G(u1) @ v1 / (gamma * h) if at_velocities else p.g(u1) / (beta * h**2))
 
     x = root(F, np.append(a, old))
     return (*at(x[:d]), x[:d], x[d:])

@@ -9,7 +9,7 @@ from .declare.errors import DeclarationError, InconsistentScheme
 from .declare.law import Element, Law, before, e, e_dot, elapsed
 from .declare.parameter import Family, Parameter, Root
 from .declare.published import Published
-from .declare.reactions import Contact, Friction
+from .declare.reactions import Constraint, Contact, Friction
 from .declare.scene import Scene, optional, required
 from .declare.scheme import Balance, Scheme
 from .declare.symbols import K0, C, K_t, M, N, N_discrete, Omega, acceleration, f, h, knot, rate, sampled, t, xi
@@ -32,6 +32,7 @@ __all__ = [
     "C",
     "Certificate",
     "Constant",
+    "Constraint",
     "Contact",
     "DeclarationError",
     "Derivation",

@@ -48,7 +48,8 @@ def scene_digest(scene: Scene) -> str:
     for name, element in scene.laws.items():
         parts += [name, law_digest(element.law), srepr(element.elongation)]
         parts += [f"{k}={srepr(x)}" for k, x in element.values.items()]
-    parts += [f"constraint {name} {srepr(g)}" for name, g in scene.constraints.items()]
+    for name, x in scene.constraints.items():
+        parts.append(f"constraint {name} {srepr(x.expression)}{f' {x.level}' if x.level != 'position' else ''}")
     for name, x in scene.contacts.items():
         parts.append(f"contact {name} {srepr(x.gap)} {srepr(x.restitution)} {x.remembered}")
     parts += [f"friction {name} {srepr(x.along)} {srepr(x.limit)}" for name, x in scene.frictions.items()]

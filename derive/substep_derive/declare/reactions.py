@@ -1,9 +1,37 @@
-"""Declarations of reactions that are bounded: of a contact, which only pushes, and of friction, up to a limit."""
+"""Declarations of reactions: of a constraint, of a contact, which only pushes, and of friction, up to a limit."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from sympy import Expr, Symbol, sympify
+
+from .errors import DeclarationError
+
+LEVELS = ("position", "velocity")
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """An expression g that a reaction keeps at 0, at displacements or, by its total derivative d/dt g, at velocities.
+
+    level: which of both, where g holds no rates; one that holds rates is kept at 0 at velocities itself. At the level
+    of velocities (index 2: Hairer & Wanner, Solving Ordinary Differential Equations II, VII.1) g drifts by the scheme's
+    error. Raises DeclarationError for another level.
+    """
+
+    expression: Expr
+    level: str = "position"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "expression", sympify(self.expression))
+        if self.level not in LEVELS:
+            raise DeclarationError(
+                f"expected the level of a constraint among {', '.join(LEVELS)}, got {self.level!r}; give one of these"
+            )
+
+    def renamed(self, names: Mapping[Symbol, Expr]) -> "Constraint":
+        """The same with other names of parameters."""
+        return replace(self, expression=self.expression.subs(names, simultaneous=True))
 
 
 @dataclass(frozen=True)

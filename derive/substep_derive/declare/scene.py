@@ -14,7 +14,7 @@ from .law import Element
 from .names import printed
 from .parameter import POSITIVE, Parameter
 from .potentials import by_branch
-from .reactions import Contact, Friction
+from .reactions import Constraint, Contact, Friction
 from .scene_checks import check
 from .symbols import acceleration, rate
 
@@ -46,10 +46,11 @@ class Scene:
     rather than consistent with the equation of motion. length: the length to which Newton's tolerance is
     relative. laws: name -> a force with memory over an elongation. constraints: name -> an expression in coordinates,
     invariants, parameters and t that is kept at 0 by a reaction; its multiplier has the name. One that holds rates, in
-    which it is linear, is kept at 0 at velocities. contacts: name ->
-    a gap, likewise, that a pressure of the name keeps from closing beyond 0, or a `Contact`. frictions: name -> a force
-    of the name against what slides. outputs: name -> expression in coordinates and invariants. energy_scale: the energy
-    to which errors are relative in a scene that starts without energy. reference: where the scene is from.
+    which it is linear, is kept at 0 at velocities; so is the derivative of a `Constraint` of level "velocity".
+    contacts: name -> a gap, likewise, that a pressure of the name keeps from closing beyond 0, or a `Contact`.
+    frictions: name -> a force of the name against what slides. outputs: name -> expression in coordinates and
+    invariants. energy_scale: the energy to which errors are relative in a scene that starts without energy. reference:
+    where the scene is from.
     """
 
     name: str
@@ -64,7 +65,7 @@ class Scene:
     forces: Mapping[Symbol, Expr] = field(default_factory=dict[Symbol, Expr])
     load: Mapping[Symbol, Expr] = field(default_factory=dict[Symbol, Expr])
     laws: Mapping[str, Element] = field(default_factory=dict[str, Element])
-    constraints: Mapping[str, Expr] = field(default_factory=dict[str, Expr])
+    constraints: Mapping[str, Any] = field(default_factory=dict[str, Any])
     contacts: Mapping[str, Any] = field(default_factory=dict[str, Any])
     frictions: Mapping[str, Friction] = field(default_factory=dict[str, Friction])
     outputs: Mapping[str, Expr] = field(default_factory=dict[str, Expr])
@@ -75,8 +76,9 @@ class Scene:
         for name in ("kinetic", "potential", "dissipation"):
             object.__setattr__(self, name, by_branch(sympify(getattr(self, name))))
         object.__setattr__(self, "forces", {q: by_branch(sympify(e)) for q, e in self.forces.items()})
-        given = {name: x if isinstance(x, Contact) else Contact(x) for name, x in self.contacts.items()}
-        object.__setattr__(self, "contacts", given)
+        for of, name in ((Constraint, "constraints"), (Contact, "contacts")):
+            given = {key: x if isinstance(x, of) else of(x) for key, x in getattr(self, name).items()}
+            object.__setattr__(self, name, given)
         check(self)
 
     def __hash__(self) -> int:
@@ -105,7 +107,7 @@ class Scene:
             forces=all_renamed(self.forces),
             load=all_renamed(self.load),
             laws={name: element.renamed(names) for name, element in self.laws.items()},
-            constraints=all_renamed(self.constraints),
+            constraints={name: constraint.renamed(names) for name, constraint in self.constraints.items()},
             contacts={name: contact.renamed(names) for name, contact in self.contacts.items()},
             frictions={name: friction.renamed(names) for name, friction in self.frictions.items()},
             outputs=all_renamed(self.outputs),

@@ -12,7 +12,7 @@ from .errors import DeclarationError
 from .law import Element, larger, slope, smaller, where_at_least
 from .names import check_scene
 from .parameter import NOT_NEGATIVE, Parameter
-from .reactions import Contact, Friction
+from .reactions import Constraint, Contact, Friction
 from .symbols import sampled, t
 
 TINY = Rational(1, 10**20)
@@ -48,7 +48,7 @@ class _Declared(Protocol):
     @property
     def laws(self) -> Mapping[str, Element]: ...
     @property
-    def constraints(self) -> Mapping[str, Expr]: ...
+    def constraints(self) -> Mapping[str, Constraint]: ...
     @property
     def contacts(self) -> Mapping[str, Contact]: ...
     @property
@@ -91,7 +91,7 @@ def _symbols(scene: _Declared) -> None:
         _known(scene, f"elongation of {name}", element.elongation, values | q)
         for what, value in element.values.items():
             _known(scene, f"{what} of {name}", value, values)
-    held = [(f"constraint {name}", g, "0", v) for name, g in scene.constraints.items()]
+    held = [(f"constraint {name}", x.expression, "0", v) for name, x in scene.constraints.items()]
     none = set[Symbol]()
     held += [(f"contact {name}", x.gap, "0 at contact and positive before", none) for name, x in scene.contacts.items()]
     held += [(f"friction {name}", x.along, "what slides", none) for name, x in scene.frictions.items()]

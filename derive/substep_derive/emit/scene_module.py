@@ -37,7 +37,7 @@ def energies_and_forces(motion: EquationsOfMotion) -> str:
         "tangent stiffness": motion.tangent(q).tolist(),
         "load": list(motion.load) if any(motion.load) else None,
         "angular momentum": motion.angular_momentum,
-        **{f"constraint {name}": f"{g} = 0" for name, g in motion.scene.constraints.items()},
+        **{f"constraint {name}": f"{x.expression} = 0" for name, x in motion.scene.constraints.items()},
         **{f"contact {name}": f"{contact.gap} >= 0" for name, contact in motion.scene.contacts.items()},
         **{f"friction {name}": f"along {x.along}, at most {x.limit}" for name, x in motion.scene.frictions.items()},
         **{f"memory {s}": f"{e}, then {motion.commit[s]}" for s, e in motion.memory.items()},

@@ -59,7 +59,7 @@ def of_balance(scene: Scene, k: int) -> Matrix:
 def by_velocity(motion: EquationsOfMotion) -> bool:
     """Whether any of them is decided by a velocity."""
     bounces = any(contact.restitution is not None for contact in motion.scene.contacts.values())
-    return bool(motion.scene.frictions) or bounces or any(motion.held.of_rates)
+    return bool(motion.scene.frictions) or bounces or any(motion.held.at_velocities)
 
 
 def _require_holding(scheme: Scheme, motion: EquationsOfMotion) -> None:
@@ -80,7 +80,7 @@ def _require_holding(scheme: Scheme, motion: EquationsOfMotion) -> None:
             f"{scheme.name} does not keep the velocity that an impact leaves: expected one that is the same a step "
             "later, of which restitution is a share; take a scheme of one balance, such as average_acceleration"
         )
-    on_positions = len(scene.constraints) - sum(motion.held.of_rates)
+    on_positions = len(scene.constraints) - sum(motion.held.at_velocities)
     on_positions += sum(contact.restitution is None for contact in scene.contacts.values())
     found = prescribed(scheme) if on_positions else None
     if found and not all(stage.moved for stage in step.stages):
@@ -127,7 +127,7 @@ def _rows(w: Writer, k: int, stage: Stage, u: Moving, v: Moving) -> Matrix:
     values = held.at(held.expressions, list(place), list(speed), when)
     rates = held.at(held.drift[0], list(place), list(speed), when)
     c, d = len(scene.constraints), len(scene.contacts)
-    found = [rates[j] / c_v if held.of_rates[j] else values[j] / c_u for j in range(c)]
+    found = [rates[j] / c_v if held.at_velocities[j] else values[j] / c_u for j in range(c)]
     for j, contact in enumerate(scene.contacts.values(), start=c):
         if contact.restitution is None:
             found.append(smaller(-values[j] / c_u, unknown[j]))

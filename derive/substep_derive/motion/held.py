@@ -26,12 +26,19 @@ class Held:
     def by_name(self) -> Mapping[str, Expr]:
         """The expressions as they are declared, but for the sign of gaps."""
         gaps = {name: -contact.gap for name, contact in self.scene.contacts.items()}
-        return {**self.scene.constraints, **gaps, **{name: x.along for name, x in self.scene.frictions.items()}}
+        constraints = {name: constraint.expression for name, constraint in self.scene.constraints.items()}
+        return {**constraints, **gaps, **{name: x.along for name, x in self.scene.frictions.items()}}
 
     @cached_property
     def of_rates(self) -> tuple[bool, ...]:
-        """For each of them whether it holds rates, and so is held as a velocity."""
+        """For each of them whether it holds rates."""
         return tuple(bool(g.free_symbols & set(self.scene.rates)) for g in self.by_name.values())
+
+    @cached_property
+    def at_velocities(self) -> tuple[bool, ...]:
+        """For each of them whether it is held as a velocity: it holds rates, or its derivative is what is held."""
+        asked = {name for name, constraint in self.scene.constraints.items() if constraint.level == "velocity"}
+        return tuple(rates or name in asked for name, rates in zip(self.by_name, self.of_rates, strict=True))
 
     @cached_property
     def _written(self) -> Matrix:

@@ -1,0 +1,91 @@
+"""Readings of one holonomic constraint: at positions, or at velocities, against steps written out by hand."""
+
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import constrained_steps
+import numpy as np
+import pytest
+from substep_derive import Constraint, DeclarationError, Scene, rate
+from substep_derive import t as time
+from substep_derive.declare.scenes.constrained import rod_double_pendulum, rod_pendulum
+from sympy import Symbol, cos, sin
+from test_constraints import PENDULUM, G, rods
+
+import substep as ss
+
+Array = np.ndarray
+
+
+def read(scene: Scene, **more: Any) -> Scene:
+    """A scene of the catalogue with its constraints read in another way."""
+    found = {name: replace(x, **more) for name, x in scene.constraints.items()}
+    return replace(scene, name=f"{scene.name}_{'_'.join(map(str, more.values()))}", constraints=found)
+
+
+@cache
+def pendulum() -> Any:
+    return ss.scene(read(rod_pendulum, level="velocity"), L=1.0, m=1.0, v0=0.0, g=G)
+
+
+def errors(r: Any) -> Array:
+    """Of u, of v and of the scheme's own multiplier, at 2 s."""
+    x, y, vx, vy, tension = PENDULUM[2.0]
+    found = np.hypot(*(r.u[-1] - (x, y))), np.hypot(*(r.v[-1] - (vx, vy))), abs(r.memory["rod"][-1] - tension)
+    return np.array(found)
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize(("beta", "gamma"), [(0.3025, 0.6), (0.0, 0.5)])
+def test_steps_at_velocities_are_those_written_by_hand(beta: float, gamma: float) -> None:
+    """Of Newmark's scheme, implicit and explicit, on two rods."""
+    _, p = rods("rod_double_pendulum")
+    scene = ss.scene(read(rod_double_pendulum, level="velocity"))
+    scheme = ss.scheme("newmark", beta=beta, gamma=gamma) if beta else "central_difference"
+    r = ss.march(scene, scheme, dt=0.02, t_end=0.3)
+    state = scene.u0, scene.v0, scene.a0, np.array([r.memory[name][0] for name in r.multipliers])
+    for k in range(1, 16):
+        state = constrained_steps.newmark(p, 0.02, state, beta, gamma, at_velocities=True)
+        assert np.allclose(r.u[k], state[0], rtol=0.0, atol=1e-9)
+        assert np.allclose(r.v[k], state[1], rtol=0.0, atol=1e-8)
+        assert np.allclose([r.memory[name][k] for name in r.multipliers], state[3], rtol=1e-6, atol=1e-5)
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("name", ["average_acceleration", "bathe", "central_difference", "energy_momentum"])
+def test_at_velocities_all_is_of_second_order_and_the_length_drifts_with_it(name: str) -> None:
+    """The velocity is along the constraint to rounding, the multiplier of Bathe's scheme of second order as well."""
+    found, drift = [], []
+    for dt in (0.01, 0.005):
+        r = ss.march(pendulum(), name, dt=dt, t_end=2.0)
+        assert np.abs((r.u * r.v).sum(axis=1)).max() < 1e-13
+        found.append(errors(r)[: 2 if name == "energy_momentum" else 3])  # its reaction is that of the mean
+        drift.append(np.abs((r.u**2).sum(axis=1) - 1.0).max())
+    assert np.log2(found[0] / found[1]) == pytest.approx(2.0, abs=0.15)
+    assert np.log2(drift[0] / drift[1]) == pytest.approx(2.0, abs=0.15)
+
+
+@pytest.mark.usefixtures("uncompiled")
+def test_the_derivative_that_is_held_is_the_total_one() -> None:
+    """A pivot that is moved: the same motion where its derivative, worked out by hand, is what is declared."""
+    x, y = Symbol("x"), Symbol("y")
+    given: dict[str, Any] = {
+        "coordinates": {x: "m", y: "m"}, "kinetic": (rate(x) ** 2 + rate(y) ** 2) / 2, "potential": G * y,
+        "parameters": (), "start": {x: 0, y: -1, rate(x): 0.1, rate(y): 0}, "length": 1,
+    }  # fmt: skip
+    g = ((x - sin(time) / 10) ** 2 + y**2 - 1) / 2
+    by_hand = (x - sin(time) / 10) * (rate(x) - cos(time) / 10) + y * rate(y)
+    runs = [
+        ss.march(ss.scene(Scene(name, **given, constraints={"rod": of})), "bathe", dt=0.02, t_end=0.5)
+        for name, of in (("derived", Constraint(g, level="velocity")), ("by_hand", by_hand))
+    ]
+    assert np.allclose(runs[0].u, runs[1].u, rtol=0.0, atol=1e-12)
+    assert np.allclose(runs[0].memory["rod"], runs[1].memory["rod"], rtol=0.0, atol=1e-9)
+
+
+def test_a_start_off_the_constraint_and_another_level_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"got u off by -0.0202.*across 'rod'"):
+        ss.march(pendulum(), "bathe", dt=0.01, t_end=0.1, start={"u": [0.98, 0.0], "v": [0.0, 0.0]})
+    with pytest.raises(DeclarationError, match="level of a constraint among position, velocity, got 'force'"):
+        Constraint(Symbol("x"), level="force")
