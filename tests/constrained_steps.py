@@ -93,3 +93,21 @@ def bathe(p: Rods, h: float, state: tuple[Array, ...]) -> tuple[Array, ...]:
 
     x = root(F, np.append(am, middle))
     return (*at(x[:d]), x[:d], x[d:])
+
+
+def shake(p: Rods, h: float, before: Array, u: Array) -> tuple[Array, Array]:
+    """The displacement after u, with g = 0, and the multipliers at u: Ryckaert, Ciccotti & Berendsen (1977)."""
+    free = 2 * u - before + h**2 * p.force(u, u) / p.masses
+    along = (p.G(u) / p.masses).T * h**2
+    multipliers = root(lambda x: p.g(free - along @ x) / h**2, np.zeros(len(p.g(u))))
+    return free - along @ multipliers, multipliers
+
+
+def rattle(p: Rods, h: float, state: tuple[Array, Array]) -> tuple[Array, Array]:
+    """u with g = 0 and v with G v = 0, each by multipliers of its own: Andersen, J. Comput. Phys. 52 (1983) 24-34."""
+    u, v = state
+    free, along = v + h / 2 * p.force(u, v) / p.masses, (p.G(u) / p.masses).T * h / 2
+    half = free - along @ root(lambda x: p.g(u + h * (free - along @ x)) / h**2, np.zeros(len(p.g(u))))
+    u1 = u + h * half
+    v1, along = half + h / 2 * p.force(u1, half) / p.masses, (p.G(u1) / p.masses).T
+    return u1, v1 - along @ np.linalg.solve(p.G(u1) @ along, p.G(u1) @ v1)

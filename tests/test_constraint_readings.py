@@ -12,6 +12,7 @@ from substep_derive import t as time
 from substep_derive.declare.scenes.constrained import rod_double_pendulum, rod_pendulum
 from sympy import Symbol, cos, sin
 from test_constraints import PENDULUM, G, rods
+from test_constraints import pendulum as at_positions
 
 import substep as ss
 
@@ -89,3 +90,47 @@ def test_a_start_off_the_constraint_and_another_level_are_refused() -> None:
         ss.march(pendulum(), "bathe", dt=0.01, t_end=0.1, start={"u": [0.98, 0.0], "v": [0.0, 0.0]})
     with pytest.raises(DeclarationError, match="level of a constraint among position, velocity, got 'force'"):
         Constraint(Symbol("x"), level="force")
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("name", ["rod_pendulum", "rod_double_pendulum"])
+def test_central_differences_are_shake_and_along_the_constraints_rattle(name: str) -> None:
+    """The displacements are those of both, velocities and multipliers those of SHAKE, projected velocities RATTLE's."""
+    h, (scene, p) = 0.02, rods(name)
+    r = ss.march(scene, "central_difference", dt=h, t_end=0.6)
+    state = scene.u0, scene.v0
+    for k in range(1, 30):
+        before, (u, v) = state[0], constrained_steps.rattle(p, h, state)
+        state = u, v
+        assert np.allclose(r.u[k], u, rtol=0.0, atol=1e-11)
+        assert np.allclose(scene.allowed(r.u[k], r.v[k]).v, v, rtol=0.0, atol=1e-8)
+        after, multipliers = constrained_steps.shake(p, h, before, u)
+        assert np.allclose(r.v[k], (after - before) / (2 * h), rtol=0.0, atol=1e-8)
+        assert np.allclose([r.memory[rod][k] for rod in r.multipliers], multipliers, rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize(
+    ("name", "orders"), [("central_difference", (2, 2, 2)), ("noh_bathe", (2, 2, 1)), ("forest_ruth", (4, 2, 2))]
+)
+def test_explicit_schemes_hold_the_next_displacement_at_every_step(name: str, orders: tuple[int, ...]) -> None:
+    """From a start in motion: to rounding, from the first step on; orders of u, v and the scheme's own multiplier."""
+    x, y, vx, vy, _ = PENDULUM[0.3]
+    start = {"u": [x, y], "v": [vx, vy]}
+    runs = [ss.march(at_positions(), name, dt=dt, t_end=1.7, start=start) for dt in (0.01, 0.005)]
+    assert all(np.abs((r.u**2).sum(axis=1) - 1.0).max() < 1e-14 for r in runs)
+    coarse, fine = map(errors, runs)
+    assert np.log2(coarse / fine) == pytest.approx(orders, abs=0.3)
+
+
+@pytest.mark.usefixtures("uncompiled")
+def test_lanes_and_runs_that_go_on_begin_with_the_reaction_that_holds_their_first_step() -> None:
+    whole, first = (ss.march(at_positions(), "central_difference", dt=0.01, t_end=t_end) for t_end in (0.4, 0.2))
+    assert np.array_equal(
+        ss.march(at_positions(), "central_difference", dt=0.01, t_end=0.4, start=first).u, whole.u[20:]
+    )
+    ds = ss.sweep("rod_pendulum", "central_difference", dt=0.02, t_end=0.4, keep="final", v0=[5.0, 6.0], L=1.0, g=G)
+    for v0, u, kept in zip((5.0, 6.0), ds.u.values, ds.memory.values, strict=True):
+        one = ss.march(ss.scene("rod_pendulum", v0=v0, L=1.0, g=G), "central_difference", dt=0.02, t_end=0.4)
+        assert np.allclose(u, one.u[-1], rtol=0.0, atol=1e-12)
+        assert kept[0] == pytest.approx(one.memory["rod"][-1], rel=1e-9)

@@ -5,7 +5,7 @@ from textwrap import wrap
 
 from sympy import symbols
 
-from ..declare.symbols import kind_of, steps_back
+from ..declare.symbols import h, kind_of, steps_back
 from ..kernels.balance_step import Part
 from ..kernels.body import Body
 from ..kernels.near_series import NearSeries
@@ -17,7 +17,7 @@ from .one_lane import ONE_LANE, RESULTS, of_lane
 from .printing import KERNEL_PRINTER, block, docstring, fill, lines, literal_tuple, placed
 from .step_text import DT, Layout, step_text
 from .templates.decorators import COMPILE_AND_INNER
-from .templates.pair import PAIR_HEADER, START, STENCIL
+from .templates.pair import HELD_FIRST, PAIR_HEADER, START, STENCIL
 from .templates.scene import LOG_COSH
 from .templates.step import DIFFERENCE, SINC, SINC_SLOPE
 from .templates.widest import WIDEST, WIDEST_IMPORTS
@@ -39,7 +39,7 @@ def pair_module(
     steps = [step_text(body, DT, layout, [Part(body.results)]) for layout in layouts]
     start_names, start = _start(body)
     marches = (layout.march(body, step, arguments) for layout, step in zip(layouts, steps, strict=True))
-    text = "".join([*marches, start, _stencil(body)])
+    text = "".join([*marches, start, _held_first(body), _stencil(body)])
     header = fill(
         PAIR_HEADER,
         imports=WIDEST_IMPORTS,
@@ -104,6 +104,21 @@ def _start(body: Body) -> tuple[list[str], str]:
         more=f" start_forces (lanes or 1, {loads}): the load at start_stencil." if loads else "",
     )
     return arguments, text
+
+
+def _held_first(body: Body) -> str:
+    """Text of `held_first`, where the reactions at the start hold a displacement of the first step."""
+    if body.held_first is None:
+        return ""
+    factors, instant = body.held_first
+    at_velocities = body.motion.held.at_velocities
+    return fill(
+        HELD_FIRST,
+        parameters=", ".join(["h", *(s.name for s in body.scheme.values)]),
+        factors=", ".join(KERNEL_PRINTER.doprint(e) for e in factors),
+        instant=KERNEL_PRINTER.doprint(instant * h),
+        constraints=[k for k in range(len(body.motion.scene.constraints)) if not at_velocities[k]],
+    )
 
 
 def _stencil(body: Body) -> str:

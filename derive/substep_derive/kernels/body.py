@@ -20,7 +20,7 @@ from ..step.times import passed, sub_step_ends
 from .balance_step import BalanceStep, Part, Phase, balance_step, written
 from .general_step import general_step, refuse
 from .near_series import NearSeries
-from .reactions import at_start, begin, kept, remembered
+from .reactions import at_start, begin, held_first, kept, remembered
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Body:
     t_n + h; reported: the assignments that compute them. memory: what laws remember at t_n -> the same at t_n + h, of
     which last_commit has the assignments. energy: that of the reported u, v. stencil: instants of the load, in steps
     after t_n. start: None where another scheme marches first. errors: components of the estimated local errors, where
-    they were asked for.
+    they were asked for. held_first: see `reactions.held_first`.
     """
 
     scheme: Scheme
@@ -58,6 +58,7 @@ class Body:
     stencil: tuple[Expr, ...]
     start: Start | None
     errors: tuple[Matrix, ...] = ()
+    held_first: tuple[tuple[Expr, Expr, Expr], Expr] | None = None
 
     @classmethod
     def of(
@@ -136,7 +137,7 @@ class Body:
         start = _start(scheme, motion) if scheme.start_scheme is None else None
         made = cls(
             scheme, motion, w.constants, known, tuple(steps), [*shift, *memory], assigned, tuple(report), memory,
-            last_commit, energy, stencil, start, estimates,
+            last_commit, energy, stencil, start, estimates, held_first(w, lowered),
         )  # fmt: skip
         counted = any(e.has(STEPS[0]) for e in made.expressions)
         return replace(made, prior=[STEPS, *known]) if counted else made

@@ -26,7 +26,7 @@ from ..motion.equations import EquationsOfMotion, solved
 from ..step.step import Stage, Step
 from ..step.times import moved
 from .balance_step import BalanceStep, written
-from .reactions import by_velocity, joined, of_balance, pushed
+from .reactions import Moving, by_velocity, held_next, joined, of_balance, pushed
 from .together import Reach, begun_together, combined, predicted, reached, split, unknowns
 
 
@@ -148,14 +148,15 @@ def _iterated(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach) -> B
         accelerations.append(a)
         free.append(c_a[number] * mass)
     residual, jacobian = Matrix.vstack(*residuals), Matrix.vstack(*jacobians)
-    after = Assignments()
+    after, far_held = Assignments(), Integer(0)
     if w.unknown:
-        held, (residual, jacobian), after = _with_reactions(at, reach, (residual, jacobian), named)
-        vectors.append((held, []))
+        (held, speed), (residual, jacobian), after = _with_reactions(at, reach, (residual, jacobian), named)
+        vectors += [(held.names, []), (speed.names, [])]
+        far_held = held.by_z
     moving = (z, *accelerations, w.unknown, *(names for names, _ in vectors))
     steady = _Steady(at.k, {s for m in moving for s in m.free_symbols})
     residual, jacobian = (w.hoisted(m).applyfunc(steady.without) for m in (residual, jacobian))
-    first, far = _begun(at, last, rows, reach)
+    first, far = _begun(at, last, rows, reach, far_held)
     before += steady.assignments
     first, w.latest, scene = Matrix([*first, *w.latest]), w.unknown, w.motion.scene
     return BalanceStep(
@@ -166,24 +167,29 @@ def _iterated(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach) -> B
 
 def _with_reactions(
     at: "_At", reach: Reach, balance: tuple[Matrix, Matrix], named: Callable[[str, Matrix, int, str], Matrix]
-) -> tuple[Matrix, tuple[Matrix, Matrix], Assignments]:
+) -> tuple[tuple[Moving, Moving], tuple[Matrix, Matrix], Assignments]:
     """Residual and its derivative with the rows of reactions, and what is computed of these once they are known.
 
-    First the velocity at the knot where the balance takes the force, by the names that `named` has given it.
+    First the displacement that constraints hold, and the velocity at the knot where the balance takes the force, by the
+    names that `named` has given them.
     """
-    w, (s, velocity) = at.w, moved(Step.of(at.w.scheme), at.stage)
-    where, (c_u,) = w.components(s), reach.get(s, [Integer(0)])
+    w, step = at.w, Step.of(at.w.scheme)
+    s, velocity = moved(step, at.stage)
+    where = held = Moving(w.components(s), reach.get(s, [Integer(0)])[0], w.when(s))
+    if w.holding and w.holding[at.k] not in reach:
+        u = w.holding[at.k]
+        whole, when = at.in_z(held_next(step, u)), w.instant(w.instants[u] + int(u in step.prior))
+        held = Moving(named("u", whole, 0, "held"), whole[0].diff(at.z[0]), when)
     speed = at.in_z(velocity) if by_velocity(w.motion) else zeros(w.size, 1)
     c_v: Expr = Integer(0) + speed[0].diff(at.z[0])
-    if c_v != 0:
-        speed = named("v", speed, 0, "held")
-    found = joined(w, at.k, at.stage, balance, (where, c_u), (speed, c_v))
+    rate = Moving(named("v", speed, 0, "held") if c_v != 0 else speed, c_v, where.when)
+    found = joined(w, at.k, at.stage, balance, held, where, rate)
     w.reactions[s] = zeros(len(w.unknown), 1) if w.strengths else w.unknown
-    return speed, found, pushed(w, at.k, where, w.when(s)) if w.strengths else Assignments()
+    return (held, rate), found, pushed(w, at.k, where.names, where.when) if w.strengths else Assignments()
 
 
-def _begun(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach) -> tuple[Matrix, Expr]:
-    """Where the iteration starts, and how far an acceleration moves a displacement."""
+def _begun(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach, held: Expr) -> tuple[Matrix, Expr]:
+    """Where the iteration starts, and how far an acceleration moves a displacement; held: one that constraints hold."""
     w, z, stage = at.w, at.z, at.stage
     if not stage.alone:
         return begun_together(w, stage, reach, last, at.in_z)
@@ -196,8 +202,8 @@ def _begun(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach) -> tupl
         first = first.subs(dict(zip(w.unknown, w.latest, strict=True)))
     elif c_u != 0:
         first = (w.components(last) - w.components(predicted(0))) * w.reciprocal(c_u, c_u)
-    by_rates = w.motion.of_rates or by_velocity(w.motion)
-    return first, Abs(c_u) + Abs(h * stage.c_v()) if by_rates else c_u
+    by_rates, moves = w.motion.of_rates or by_velocity(w.motion), held if c_u == 0 else c_u
+    return first, Abs(moves) + Abs(h * stage.c_v()) if by_rates else moves
 
 
 class _At:

@@ -1,31 +1,38 @@
 """Reactions of a scene in a balance: the rows by which they are solved for, and what is not remembered of them.
 
 Every balance has an unknown for each reaction beside its new acceleration z. A constraint holds its expression at the
-displacement that moves with z, or, where it holds rates, at the velocity that does; of a contact the smaller of gap and
-pressure is 0, or of a velocity and the pressure; and friction is at its limit, or nothing slides. Newton's iteration
-finds the branch of each.
+first displacement that moves with z, of explicit schemes a later one than that of the force, or at the velocity that
+moves with z; of a contact the smaller of gap and pressure is 0, or of a velocity and the pressure; and friction is at
+its limit, or nothing slides. Newton's iteration finds the branch of each.
 
 Reactions that are not remembered accelerate z by M^-1 G^T times the unknown, whatever weight a balance gives to forces:
 only their impulse counts. See `step.times.impulses` for what it is of a constant force.
 """
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
-from sympy import Expr, Integer, Matrix, Symbol, zeros
+from sympy import Expr, Integer, Matrix, Rational, Symbol, zeros
 
-from ..constrained.prescribed import prescribed
+from ..constrained.prescribed import Prescribed, prescribed
 from ..declare.errors import DeclarationError
 from ..declare.law import larger, slope, smaller, where_at_least
 from ..declare.scene import Scene
 from ..declare.scheme import Scheme
-from ..declare.symbols import h, kind_of, knot, knot_of, successor
+from ..declare.symbols import C, N, f, h, kind_of, knot, knot_of, successor
 from ..motion.components import Assignments, Writer, assign
 from ..motion.equations import EquationsOfMotion, solved
 from ..step.step import Stage, Step
 from ..step.times import impulses, impulses_last, instants_of, moved
 
-# displacement or velocity that moves with z: components, and the derivative by z
-Moving = tuple[Matrix, Expr]
+
+@dataclass(frozen=True)
+class Moving:
+    """A displacement or a velocity that may move with z: its components, their derivative by z, and their time."""
+
+    names: Matrix
+    by_z: Expr
+    when: Expr
 
 
 def begin(w: Writer, scheme: Scheme, step: Step) -> None:
@@ -34,10 +41,12 @@ def begin(w: Writer, scheme: Scheme, step: Step) -> None:
     Raises DeclarationError for a scheme whose balances do not move what the scene's reactions hold.
     """
     scene = w.motion.scene
-    if scene.multipliers:
-        _require_holding(scheme, w.motion)
+    if scene.multipliers and (found := _require_holding(scheme, w.motion)):
+        w.holding = tuple(u for u, _ in found.held)
     w.latest = at_start(scene)
-    w.reactions[knot(0).u] = remembered(scene)
+    u0 = knot(0).u
+    if any(b.force.has(N(successor(u0))) for b in step.scheme.balances):  # else what is taken at u_0 is unknown
+        w.reactions[u0] = remembered(scene)
     w.strengths = impulses(step).strengths if scene.impulsive else ()
 
 
@@ -62,8 +71,33 @@ def by_velocity(motion: EquationsOfMotion) -> bool:
     return bool(motion.scene.frictions) or bounces or any(motion.held.at_velocities)
 
 
-def _require_holding(scheme: Scheme, motion: EquationsOfMotion) -> None:
-    """Raises DeclarationError for a scheme whose balances do not move what the scene's reactions hold."""
+def held_next(step: Step, u: Symbol) -> Expr:
+    """A displacement at which reactions hold: of the step, or of the next one, where it follows from the state."""
+    return step.prior[u].xreplace({s: successor(s) for s in step.state}) if u in step.prior else u
+
+
+def held_first(w: Writer, step: Step) -> tuple[tuple[Expr, Expr, Expr], Expr] | None:
+    """The displacement of the first step that the reaction at its start holds: factors of u, v, a there; its instant.
+
+    None where there is none: reactions hold displacements of their own step, or one that the start alone moves.
+    """
+    found = ((u, _first_factors(step, u)) for u in w.holding if u in step.prior)
+    return next(((factors, w.instants[u]) for u, factors in found if factors and factors[2] != 0), None)
+
+
+def _first_factors(step: Step, u: Symbol) -> tuple[Expr, Expr, Expr] | None:
+    """Factors of u, v, a at the start in a displacement that follows from the state; None where others enter."""
+    start = None if step.start is None else dict(zip(step.state, step.start, strict=True))
+    first = step.prior[u].subs(start or {}, simultaneous=True)
+    u0, v0, a0 = knot(0)
+    return None if start is None or first.has(N, f, C) else (first.diff(u0), first.diff(v0), first.diff(a0))
+
+
+def _require_holding(scheme: Scheme, motion: EquationsOfMotion) -> Prescribed | None:
+    """What the scheme makes of constraints at displacements; None where there are none.
+
+    Raises DeclarationError for a scheme whose balances do not move what the scene's reactions hold.
+    """
     step, scene = Step.of(scheme), motion.scene
     if not all(stage.alone for stage in step.stages):
         raise DeclarationError(
@@ -84,12 +118,9 @@ def _require_holding(scheme: Scheme, motion: EquationsOfMotion) -> None:
     on_positions += sum(contact.restitution is None for contact in scene.contacts.values())
     found = prescribed(scheme) if on_positions else None
     if found and not all(stage.moved for stage in step.stages):
-        raise DeclarationError(
-            f"{scheme.name} is explicit: expected each balance to move the displacement that it takes the force at, so "
-            "that its reaction holds a constraint there; take an implicit scheme, or a scene without constraints"
-        )
+        _require_next(step, found, contacts=bool(scene.contacts or scene.frictions))
     last, _ = moved(step, step.stages[-1])
-    if last in step.state:
+    if last in step.state and (by_velocity(motion) or not found):
         raise DeclarationError(
             f"{scheme.name} takes the force at the start of its steps: expected a reaction at a displacement that is "
             "new; take another scheme"
@@ -100,31 +131,67 @@ def _require_holding(scheme: Scheme, motion: EquationsOfMotion) -> None:
             f"{scheme.name} takes no force at the end of its steps: expected a reaction that holds the displacement "
             "there, which would drift from the constraint; take another scheme"
         )
+    return found
+
+
+def _require_next(step: Step, found: Prescribed, *, contacts: bool) -> None:
+    """Raises DeclarationError for an explicit scheme whose balances do not hold later displacements one by one."""
+    name, z = step.scheme.name, step.accelerations
+    if contacts:
+        raise DeclarationError(
+            f"{name} is explicit: expected each balance to move the displacement that it takes the force at, so that a "
+            "pressure holds a gap there; take an implicit scheme, or a scene without contacts"
+        )
+    forces = {a for b in step.scheme.balances for a in b.force.atoms(N)}
+    if beyond := sorted({a for e in step.outputs for a in e.atoms(N)} - forces, key=str):
+        raise DeclarationError(
+            f"{name} reports a velocity with the force {beyond[0]}, whose reaction only the next step determines: "
+            "expected one by accelerations of its balances; take another scheme, such as central_difference"
+        )
+    late = ((u, zj) for k, (u, _) in enumerate(found.held) for zj in z[k + 1 :])
+    if any(zj in held_next(step, u).subs(step.solved).free_symbols for u, zj in late):
+        raise DeclarationError(
+            f"{name}: expected each balance to hold a displacement that no later one moves, so that they are solved "
+            "one after the other; take another scheme for constraints"
+        )
+    for u in (u for u, _ in found.held if u in step.prior):
+        factors = _first_factors(step, u)
+        if u in step.reported and (factors is None or factors[2] == 0):
+            raise DeclarationError(
+                f"{name} moves its first displacement by the velocity of the start alone: expected one that the "
+                "reaction there moves, so that it holds the constraint; take another scheme"
+            )
+    if found.decay is not None and found.decay.n(20) > 1 + Rational(1, 10**9):
+        raise DeclarationError(
+            f"{name} multiplies errors along constraints by {float(found.decay):.4g} in each step: expected a factor "
+            "of at most 1; take another scheme"
+        )
 
 
 def joined(
-    w: Writer, k: int, stage: Stage, balance: tuple[Matrix, Matrix], u: Moving, v: Moving
+    w: Writer, k: int, stage: Stage, balance: tuple[Matrix, Matrix], held: Moving, u: Moving, v: Moving
 ) -> tuple[Matrix, Matrix]:
     """Residual and its derivative by z of a balance, with rows of its reactions, and columns of their unknowns.
 
-    u and v are at the knot where the balance takes the force.
+    held: the displacement at which constraints hold; u and v are at the knot where the balance takes the force, of
+    implicit schemes the same.
     """
     residual, jacobian = balance
-    more = _rows(w, k, stage, u, v)
+    more = _rows(w, k, stage, held, u, v)
     below = zeros(len(more), jacobian.cols)
-    for names, rate in (u, v):
-        below += Matrix([[slope(e, s) for s in names] for e in more]) * rate
+    for moving in (held, v):
+        below += Matrix([[slope(e, s) for s in moving.names] for e in more]) * moving.by_z
     whole = Matrix([*residual, *more])
     by_reactions = Matrix([[slope(e, s) for s in w.unknown] for e in whole])
     return whole, Matrix.hstack(Matrix([*jacobian.tolist(), *below.tolist()]), by_reactions)
 
 
-def _rows(w: Writer, k: int, stage: Stage, u: Moving, v: Moving) -> Matrix:
+def _rows(w: Writer, k: int, stage: Stage, to: Moving, u: Moving, v: Moving) -> Matrix:
     """What is 0 where the k-th balance's reactions are right, divided so that it does not depend on the step."""
     scene, held, unknown = w.motion.scene, w.motion.held, w.unknown
+    place, speed, c_u, c_v, when = u.names, v.names, to.by_z, v.by_z, u.when
     at, _ = moved(Step.of(w.scheme), stage)
-    (place, c_u), (speed, c_v), when = u, v, w.when(at)
-    values = held.at(held.expressions, list(place), list(speed), when)
+    values = held.at(held.expressions, list(to.names), list(speed), to.when)
     rates = held.at(held.drift[0], list(place), list(speed), when)
     c, d = len(scene.constraints), len(scene.contacts)
     found = [rates[j] / c_v if held.at_velocities[j] else values[j] / c_u for j in range(c)]

@@ -80,6 +80,7 @@ class Writer:
     acting: Matrix = field(default_factory=Matrix)  # the same, times what its force is for each
     latest: Matrix = field(default_factory=Matrix)  # those last solved for
     strengths: tuple[Expr, ...] = ()  # of each balance: see `step.times.impulses`
+    holding: tuple[Symbol, ...] = ()  # of each balance the displacement at which its reactions hold: see `prescribed`
 
     def __post_init__(self) -> None:
         self.fixed |= set(self.scheme.values) | {p.symbol for p in self.motion.scene.parameters} | {h}

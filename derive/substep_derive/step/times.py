@@ -146,8 +146,8 @@ def impulses_last(step: Step) -> bool:
 def moved(step: Step, stage: Stage) -> tuple[Symbol, Symbol]:
     """The newest displacement that a balance takes the force at, of those that move with it if any does; and its v."""
     forces = (a for b in stage.balances for a in b.force.atoms(N, N_discrete))
-    among = stage.moved or {s for a in forces for s in a.free_symbols}
     at = instants_of(step)
+    among = stage.moved or {s for a in forces for s in a.free_symbols if s in at}
     u = max(among, key=lambda s: (at[s].subs(step.scheme.typical), str(s)))
     return u, Symbol(f"v_{(knot_of(u) or ('', '0'))[1]}")
 

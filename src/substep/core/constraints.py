@@ -97,6 +97,31 @@ def _at_rest(scene: _Held, state: tuple[Array, Array, Array], memory: Array, clo
     return np.full(d, np.nan)
 
 
+def held_first(
+    scene: _Held, t: Array, u: Array, v: Array, a: Array, factors: Sequence[Any], ahead: Array, places: list[int]
+) -> tuple[Array, Array]:
+    """Changes of acceleration (P, n) and multipliers (P, c) that hold a displacement of the first step.
+
+    It is factors * (u, v, a), numbers or (P,), of u, v, a (P, n) at the start t (P,), and is `ahead` s (P,) later; the
+    constraints at these places are 0 there. Of central differences that is SHAKE's first step (Ryckaert, Ciccotti &
+    Berendsen, J. Comput. Phys. 23 (1977) 327-341).
+    """
+    n, matrix, along = u.shape[-1], scene.constrained(t, u, v), scene.directions(t, u)[:, places]
+    by = np.linalg.pinv(matrix[:, :n, :n]) @ along.swapaxes(1, 2)
+    of_u, of_v, of_a = (np.broadcast_to(x, len(u))[:, None] for x in factors)
+    change, found = np.zeros_like(a), np.zeros((len(u), matrix.shape[-1] - n))
+    for _ in range(MOST):
+        there = of_u * u + of_v * v + of_a * (a + change)
+        off = scene.drift(t + ahead, there, v)[0][:, places]
+        slopes = of_a[..., None] * scene.directions(t + ahead, there)[:, places] @ by
+        more = np.linalg.pinv(slopes) @ off[..., None]
+        pushed = (by @ more)[..., 0]
+        change, found[:, places] = change - pushed, found[:, places] + more[..., 0]
+        if np.abs(of_a * pushed).max(initial=0.0) <= 1e-15 * np.max(scene.length):
+            break
+    return change, found
+
+
 def require_allowed(scene: _Held, t: float, u: Array, v: Array) -> None:
     """Raises ValueError for constraints that repeat each other at u, v (n,), and where these are not allowed."""
     at = np.array([t]), u[None], v[None]

@@ -10,7 +10,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core import device, single
+from ..core import constraints, device, single
 from ..core.arrays import Array, copy_rows
 from ..core.kernel_modules import committed, printed
 from ..core.loads import LoadLanes
@@ -116,6 +116,7 @@ def march_lanes(
     followed = min(len(extremes), reported)
     if scene.info.memory:
         memory = _of_lanes(scene.memory0 if memory is None else memory, (P, len(scene.info.memory)))
+        a, memory = _held_first(scene, scheme, module, dt, begin, (u, v, a), memory)
     more = 0 if memory is None else -(-memory.shape[1] // u.shape[1])  # rows of as many numbers as coordinates
     scalars = {"h": dt, "since": begin.first + begin.origin / dt, "bound": bound}
     scalars["tolerance"] = (single.TOLERANCE if single.is_on() else TOLERANCE) * scene.length
@@ -191,6 +192,25 @@ def memory_in(rows: Array, first: int, k: int) -> Array:
     """What laws remember, k numbers (..., k), from rows (..., m, d), from the first on."""
     m, d = rows.shape[-2:]
     return rows[..., first:, :].reshape(*rows.shape[:-2], (m - first) * d)[..., :k]
+
+
+def _held_first(
+    scene: Scene,
+    scheme: Scheme,
+    module: ModuleType,
+    dt: Array,
+    begin: Begin,
+    start: tuple[Array, Array, Array],
+    memory: Array,
+) -> tuple[Array, Array]:
+    """a (P, d) and what is remembered (P, k) where runs begin, with the reactions that hold their first step."""
+    u, v, a = start
+    if begin.rows is not None or not hasattr(module, "held_first"):
+        return a, memory
+    first = module.held_first(dt, *scheme.parameters.values())
+    change, reactions = constraints.held_first(scene, begin.origin + begin.first * dt, u, v, a, *first)
+    laws, more = scene.info.laws, memory.shape[1] - scene.info.laws - reactions.shape[1]
+    return a + change, memory + np.pad(reactions, ((0, 0), (laws, more)))
 
 
 def _of_lanes(x: Any, shape: tuple[int, ...]) -> Array:

@@ -91,6 +91,13 @@ def start({arguments}):
         _start({lane_call})
 '''
 
+HELD_FIRST = '''
+
+def held_first({parameters}):
+    """Of the displacement that the reactions of these constraints at the start hold: factors of u, v, a; instant, s."""
+    return ({factors}), {instant}, {constraints}
+'''
+
 STENCIL = '''
 
 def stencil({parameters}):
