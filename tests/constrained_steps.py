@@ -55,6 +55,14 @@ def newmark(
     return (*at(x[:d]), x[:d], x[d:])
 
 
+def projected(p: Rods, u: Array, v: Array) -> tuple[Array, Array]:
+    """u moved along the directions there to g = 0, v along those at the new u to G v = 0, measured by the masses."""
+    along = (p.G(u) / p.masses).T
+    u = u - along @ root(lambda x: p.g(u - along @ x), np.zeros(along.shape[1]))
+    along = (p.G(u) / p.masses).T
+    return u, v - along @ np.linalg.solve(p.G(u) @ along, p.G(u) @ v)
+
+
 def generalized_alpha(p: Rods, h: float, state: tuple[Array, ...], rho: float) -> tuple[Array, ...]:
     """Inertia and forces at both ends, reactions with the weights of the forces."""
     alpha_m, alpha_f = (2 * rho - 1) / (rho + 1), rho / (rho + 1)
@@ -109,5 +117,4 @@ def rattle(p: Rods, h: float, state: tuple[Array, Array]) -> tuple[Array, Array]
     free, along = v + h / 2 * p.force(u, v) / p.masses, (p.G(u) / p.masses).T * h / 2
     half = free - along @ root(lambda x: p.g(u + h * (free - along @ x)) / h**2, np.zeros(len(p.g(u))))
     u1 = u + h * half
-    v1, along = half + h / 2 * p.force(u1, half) / p.masses, (p.G(u1) / p.masses).T
-    return u1, v1 - along @ np.linalg.solve(p.G(u1) @ along, p.G(u1) @ v1)
+    return projected(p, u1, half + h / 2 * p.force(u1, half) / p.masses)

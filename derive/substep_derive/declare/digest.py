@@ -49,7 +49,8 @@ def scene_digest(scene: Scene) -> str:
         parts += [name, law_digest(element.law), srepr(element.elongation)]
         parts += [f"{k}={srepr(x)}" for k, x in element.values.items()]
     for name, x in scene.constraints.items():
-        parts.append(f"constraint {name} {srepr(x.expression)}{f' {x.level}' if x.level != 'position' else ''}")
+        read = f" {x.level} {x.projected}" if x.projected or x.level != "position" else ""
+        parts.append(f"constraint {name} {srepr(x.expression)}{read}")
     for name, x in scene.contacts.items():
         parts.append(f"contact {name} {srepr(x.gap)} {srepr(x.restitution)} {x.remembered}")
     parts += [f"friction {name} {srepr(x.along)} {srepr(x.limit)}" for name, x in scene.frictions.items()]

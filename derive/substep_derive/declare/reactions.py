@@ -16,11 +16,13 @@ class Constraint:
 
     level: which of both, where g holds no rates; one that holds rates is kept at 0 at velocities itself. At the level
     of velocities (index 2: Hairer & Wanner, Solving Ordinary Differential Equations II, VII.1) g drifts by the scheme's
-    error. Raises DeclarationError for another level.
+    error. projected: whether each step ends with u and v moved to where g and d/dt g are 0, as little as possible,
+    measured by the mass. Raises DeclarationError for another level.
     """
 
     expression: Expr
     level: str = "position"
+    projected: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "expression", sympify(self.expression))

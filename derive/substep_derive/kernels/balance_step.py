@@ -105,7 +105,7 @@ class BalanceStep:
         if size == 1:
             return entries, assign(change, factor * R / J[0]), change
         if size > 2:
-            return entries, _eliminated(J, R, change, factor), change
+            return entries, eliminated(J, R, change, factor), change
         solve = assign(Matrix([one_over, *change]), Matrix([factor / J.det(), *(J.adjugate() * R * one_over)]))
         return entries, solve, change
 
@@ -127,24 +127,25 @@ class BalanceStep:
         ]
 
 
-def _eliminated(matrix: Matrix, right: Matrix, solution: Matrix, factor: Expr) -> Assignments:
+def eliminated(matrix: Matrix, right: Matrix, solution: Matrix, factor: Expr, mark: str = "") -> Assignments:
     """Gauss's elimination in the order of the rows, written out, for the solution times factor.
 
-    Coordinates come before multipliers, whose rows have no diagonal until the coordinates are eliminated.
+    Coordinates come before multipliers, whose rows have no diagonal until the coordinates are eliminated. mark: the end
+    of the names that it assigns, where a step holds several.
     """
     size, found = len(solution), Assignments()
     rows = [[*matrix.row(i), right[i]] for i in range(size)]
-    over = symbols(f"over_:{size}")
+    over = [Symbol(f"over_{k}{mark}") for k in range(size)]
     for k in range(size):
         found.append((over[k], 1 / rows[k][k]))
         for i in range(k + 1, size):
             if rows[i][k] == 0:
                 continue
-            times = Symbol(f"times_{i}_{k}")
+            times = Symbol(f"times_{i}_{k}{mark}")
             found.append((times, rows[i][k] * over[k]))
             for j in range(k + 1, size + 1):
                 if rows[k][j] != 0:
-                    left = Symbol(f"left_{k}_{i}_{j}")
+                    left = Symbol(f"left_{k}_{i}_{j}{mark}")
                     found.append((left, rows[i][j] - times * rows[k][j]))
                     rows[i][j] = left
     for k in reversed(range(size)):
@@ -201,8 +202,7 @@ def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
             return BalanceStep(k, z, before, [], residual, slope, w.inverse(slope), None, Integer(0), after, free)
         found = BalanceStep(k, z, before, [], residual, slope, w.hoisted(slope), None, Integer(0), after, free)
         right = found.residual_names
-        eliminated = _eliminated(found.inverse, right, z, -S.One)
-        return replace(found, solved=[*assign(right, residual), *eliminated])
+        return replace(found, solved=[*assign(right, residual), *eliminated(found.inverse, right, z, -S.One)])
     mixed, forces, known, by_z = _moving_force(w, stage, reach)
     per_mass, of_rate = _per_mass(w.motion) * len(stage.z), not rate_slope.is_zero_matrix
     slope, plain, forces, by_z, still = (

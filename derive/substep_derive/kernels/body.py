@@ -4,7 +4,7 @@ A body says nothing of how time goes on or of where the numbers of a lane lie: a
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from sympy import Abs, Expr, Integer, Matrix, Ne, Piecewise, Symbol, oo, true
@@ -20,6 +20,7 @@ from ..step.times import passed, sub_step_ends
 from .balance_step import BalanceStep, Part, Phase, balance_step, written
 from .general_step import general_step, refuse
 from .near_series import NearSeries
+from .projection import projected
 from .reactions import at_start, begin, held_first, kept, remembered
 
 
@@ -41,7 +42,8 @@ class Body:
     t_n + h; reported: the assignments that compute them. memory: what laws remember at t_n -> the same at t_n + h, of
     which last_commit has the assignments. energy: that of the reported u, v. stencil: instants of the load, in steps
     after t_n. start: None where another scheme marches first. errors: components of the estimated local errors, where
-    they were asked for. held_first: see `reactions.held_first`.
+    they were asked for. held_first: see `reactions.held_first`. projection: assignments after the last balance, of
+    which each may read those before it.
     """
 
     scheme: Scheme
@@ -59,6 +61,7 @@ class Body:
     start: Start | None
     errors: tuple[Matrix, ...] = ()
     held_first: tuple[tuple[Expr, Expr, Expr], Expr] | None = None
+    projection: Assignments = field(default_factory=Assignments)
 
     @classmethod
     def of(
@@ -119,9 +122,10 @@ class Body:
             steps.append(step)
             last = (stage.moved_by(-1) or [last])[-1]
         free, more, reactions = kept(w, lowered)
+        carried, shown, projection = projected(w, lowered)
         steps[-1] = replace(steps[-1], after=[*steps[-1].after, *more])
-        shift = _shifted(w, near.state, free)
-        report, assigned = _reported(w, [*outputs[:2], *(e.subs(free) for e in outputs[2:])])
+        shift = _shifted(w, near.state, {**free, **carried})
+        report, assigned = _reported(w, [*(e.subs(shown) for e in outputs[:2]), *(e.subs(free) for e in outputs[2:])])
         last_commit = w.commit(report[0], Integer(1))
         committed = w.memory(len(w.committed) - 1)
         memory: Assignments = list(zip(w.memory(0).values(), committed.values(), strict=True))
@@ -137,7 +141,7 @@ class Body:
         start = _start(scheme, motion) if scheme.start_scheme is None else None
         made = cls(
             scheme, motion, w.constants, known, tuple(steps), [*shift, *memory], assigned, tuple(report), memory,
-            last_commit, energy, stencil, start, estimates, held_first(w, lowered),
+            last_commit, energy, stencil, start, estimates, held_first(w, lowered), projection,
         )  # fmt: skip
         counted = any(e.has(STEPS[0]) for e in made.expressions)
         return replace(made, prior=[STEPS, *known]) if counted else made
@@ -145,7 +149,7 @@ class Body:
     @property
     def expressions(self) -> list[Expr]:
         """Every expression that a run computes, except those of its start."""
-        lists = [self.constants, self.prior, self.reported, self.last_commit]
+        lists = [self.constants, self.prior, self.projection, self.reported, self.last_commit]
         lists += [a for s in self.steps for a in (s.before, s.moving, s.solved, s.after, s.commits)]
         matrices = [m for s in self.steps for m in (s.residual, s.jacobian, s.inverse, s.first) if m is not None]
         matrices += self.errors
@@ -201,6 +205,7 @@ class Body:
                 found += [(*parts, Part(start, named=False)), step]
                 parts = []
             parts += [Part(step.after), Part(step.commits)]
+        parts.append(Part(self.projection, named=False))
         if self.last_commit:
             parts += [Part(self.reported), Part(self.last_commit)]
         return (*found, tuple(parts))
