@@ -145,7 +145,7 @@ def building(
     s = _shear_building(stories, hardening).ground_motion(ss.Record(dt, record), 1.0)
 
     def march(steps: int, account: bool = False) -> Any:
-        with patch.object(fixed_steps.CompiledSteps, "of", lambda march: None) if singly else nullcontext():
+        with patch.object(fixed_steps.CompiledSteps, "of", lambda *_: None) if singly else nullcontext():
             return ss.march(s, "average_acceleration", dt, steps * dt, account=account, progress=False)
 
     return march

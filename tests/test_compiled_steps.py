@@ -45,7 +45,7 @@ def model(kind: str, *, damped: bool = True, form: Any = np.asarray, scale: floa
 def one_by_one(s: ss.Structure, *given: Any, **options: Any) -> ss.Response:
     """The march without the kernel."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(fixed_steps.CompiledSteps, "of", lambda march: None)
+        patch.setattr(fixed_steps.CompiledSteps, "of", lambda *_: None)
         return ss.march(s, *given, **options)
 
 
@@ -163,8 +163,8 @@ def test_what_the_kernel_does_not_take_goes_one_by_one(monkeypatch: pytest.Monke
     taken = list[bool]()
     of = fixed_steps.CompiledSteps.of
 
-    def seen(march: Any) -> Any:
-        found = of(march)
+    def seen(*given: Any) -> Any:
+        found = of(*given)
         taken.append(found is not None)
         return found
 

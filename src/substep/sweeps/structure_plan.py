@@ -7,7 +7,7 @@ Structures with springs of laws are marched by kernels: chunks of them hold many
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +24,7 @@ from ..core.schemes import scheme as make_scheme
 from ..core.threads import spread
 from ..run.axes import RESERVED, Keep, asked
 from ..run.clock import number_of_steps
-from ..structures.march.compiled import CompiledSteps, alike, loads_side_by_side, takes
+from ..structures.march.compiled import CompiledSteps, kind_of, loads_side_by_side, takes
 from ..structures.march.fixed_steps import FixedSteps
 from ..structures.march.histories import selection
 from ..structures.march.refusals import require_definite_mass, require_suited
@@ -56,13 +56,15 @@ LANES, ROWS, WORTH = 8, 256, 1e5  # points that a kernel marches side by side, s
 class StructurePlan(SweepPlan):
     """cases: structures that differ in their loads only, for each structure and damping. kept: degrees of freedom.
 
-    inner: the sizes of the dimensions of INNER that there are. scales: the values of that one.
+    inner: the sizes of the dimensions of INNER that there are. scales: the values of that one. latest: the number of
+    the combination of numbers that was asked for last, with its scheme and step; as a rule the next point has it too.
     """
 
     cases: tuple[tuple[Structure, ...], ...]
     inner: Mapping[str, int]
     scales: Array | None
     kept: tuple[Dof, ...]
+    latest: list[tuple[int, Scheme, float]] = field(default_factory=list)
 
     @property
     def dims(self) -> dict[str, int]:
@@ -71,11 +73,15 @@ class StructurePlan(SweepPlan):
 
     def point(self, place: int) -> tuple[Scheme, float, tuple[Structure, ...]]:
         """Scheme, step and cases of the combination with this number, in C order."""
-        *places, which = np.unravel_index(place, (*super().dims.values(), len(self.cases)))
-        on = dict(zip(super().dims, places, strict=True))
+        outer, which = divmod(place, len(self.cases))
+        if (known := self.latest[:1]) and known[0][0] == outer:
+            return *known[0][1:], self.cases[which]
+        on = dict(zip(super().dims, np.unravel_index(outer, tuple(super().dims.values())), strict=True))
         at = {axis: on[axis.dim] for axis in self.axes}
         scheme = make_scheme(self.scheme, **self.values("scheme", at))
-        return scheme, float(self.values("step", at)["dt"]), self.cases[which]
+        h = float(self.values("step", at)["dt"])
+        self.latest[:] = [(outer, scheme, h)]
+        return scheme, h, self.cases[which]
 
     def piece(self, cluster: bool) -> tuple[int, ...]:
         """One point, with all cases of a linear structure; or many points of structures with springs."""
@@ -274,14 +280,13 @@ def _side_by_side(runs: Sequence[Run], plan: StructurePlan) -> list[tuple[list[A
     few = len(runs) < LANES // 2 or n * math.prod(plan.shape) < WORTH
     if few or first.scheme.starter is not None or not all(map(takes, runs)):
         return [_marched(run, number_of_steps(run.h, plan.t_end), plan) for run in runs]
-    if (same := next((k for k, run in enumerate(runs) if not alike(run, first)), len(runs))) < len(runs):
+    kind = kind_of(first)
+    if (same := next((k for k, run in enumerate(runs) if kind_of(run) != kind), len(runs))) < len(runs):
         return _side_by_side(runs[:same], plan) + _side_by_side(runs[same:], plan)
     every = [*runs, *[runs[-1]] * (LANES - len(runs))]
-    select, kinds = (
-        selection(first.structure, [first.structure.place(dof) for dof in plan.kept]),
-        _kinds(first.scheme, first.h),
-    )
-    compiled = CompiledSteps.together(every)
+    select = selection(first.structure, [first.structure.place(dof) for dof in plan.kept])
+    kinds = _kinds(first.scheme, first.h)
+    compiled = CompiledSteps.together(every, ROWS)
     lanes = compiled.at([run.started() for run in every], [_memory(run) for run in every])
     lanes.alive[len(runs) :] = False
     loads = loads_side_by_side(every, n)
@@ -307,8 +312,8 @@ def _side_by_side(runs: Sequence[Run], plan: StructurePlan) -> list[tuple[list[A
                 if rows is not None:
                     rows[k][done + 1 : done + m + 1] = x
                 elif plan.keep == "peak":
-                    np.maximum(peaks[k], largest_moduli(x.copy()[None], np.maximum)[0], out=peaks[k])
-            latest, done = [x[-1] for x in found], done + m
+                    np.maximum(peaks[k], np.abs(x).max(axis=0), out=peaks[k])
+            latest, done = [x[-1].copy() for x in found], done + m
     if rows is not None:
         tables = [np.moveaxis(table, 0, 1) for table in rows]
     elif plan.keep == "peak":

@@ -37,6 +37,15 @@ def _zero(out):
         to[0], to[1], to[2], to[3] = 0.0, 0.0, 0.0, 0.0
 
 
+@_inline
+def _loaded(factors, first, x, out):
+    """Subtract of each lane its factor, the first of which has this number, times x."""
+    for i in range(0, out.size, 4):
+        f, v, to = _part(factors, first + i % LANES), _part(x, i), _part(out, i)
+        a, b, c, d = to[0] - f[0] * v[0], to[1] - f[APART] * v[1], to[2] - f[2 * APART] * v[2], to[3]
+        to[0], to[1], to[2], to[3] = a, b, c, d - f[3 * APART] * v[3]
+
+
 @_inner
 def _combine(row, X, count, out):
     """The sum of row[v] X[v] over v < count."""
@@ -269,6 +278,16 @@ def _renewed(matrices, q, d, lane, B, kept, used):
     for s in range(lane, now.size, LANES):
         now[s] = d[s]
     return True
+
+
+@_inline
+def _differ(d, now):
+    """Whether any slopes are other ones."""
+    many = 0
+    for i in range(0, d.size, 4):
+        x, y = _part(d, i), _part(now, i)
+        many += (x[0] != y[0]) + (x[1] != y[1]) + (x[2] != y[2]) + (x[3] != y[3])
+    return many > 0
 
 
 @_inline

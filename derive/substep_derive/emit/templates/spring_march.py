@@ -119,7 +119,7 @@ def _solved(i, matrices, q, d, B, kept, alive, x):
     those that are alive whose one is not.
     """
     keys, factors, orders, spans, places, used, order, of_columns, now, exchanged = kept
-    for lane in range(LANES):
+    for lane in range(LANES if _differ(d, now[i]) else 0):
         if alive[lane] and _other(d, now[i], lane):
             mine = keys[i, lane], factors[i, lane], orders[i, lane], spans[i, lane], places[i, lane]
             in_use = used[i], order[i], of_columns[i], now[i], exchanged[i : i + 1]
@@ -202,8 +202,9 @@ def _iterated(X, i, place, known, rest, shown, velocity, own, matrices, stiff, f
                 return False
             if on_lines:
                 _slopes(found, slopes[0], slopes[1], released, total)
+                others = _differ(total, kept[8][i])
                 for n in range(LANES):
-                    if near[n] and not _other(total, kept[8][i], n):
+                    if near[n] and not (others and _other(total, kept[8][i], n)):
                         active[n] = False
                     moving = moving or active[n]
                 if not moving:
@@ -263,7 +264,7 @@ def _iterated(X, i, place, known, rest, shown, velocity, own, matrices, stiff, f
 
 @_compile
 def march(state, memory, loads, alive, rules, plan, out, report, structure, springs, room, results):
-    """As many steps as there are loads (I, steps, m), from the state (S, m) and what is remembered (k,).
+    """As many steps as there are factors of loads (I, steps, J LANES), from the state (S, m) and a memory (k,).
 
     alive (LANES,): which lanes count; those that fail are struck out. rules: of Newton's iteration, as
     `substep.structures.march.newton` has them. plan: of each system four rows (4, V), of what M, C, K at the start and
@@ -273,18 +274,17 @@ def march(state, memory, loads, alive, rules, plan, out, report, structure, spri
     elongations and by rates count (2, F); its first commit; rows of u and v (2, C, V) and times of commits, the last of
     which ends the step, and of each the force that is taken there, or -1; which row of the report is each row of the
     new state, or -1. out (S, V): the new state; report (R, V). structure: the four matrices, and of each system their
-    sum for the unknown; the largest stiffness (LANES,). springs: B; of each law its address, first spring, parameter
-    and number remembered, and all parameters; whether some read rates. room: what it writes in. results: reports
-    (steps, R, m), memories (steps, k), elongations, forces and stored energies of springs (steps, 4, s) after each
-    step, with a row of room, iterations (steps, I, LANES), largest displacements and shortened corrections (I, LANES)
-    so far.
+    sum for the unknown; the largest stiffness (LANES,); the J loads (J, m). springs: B; of each law its address, first
+    spring, parameter and number remembered, and all parameters; whether some read rates. room: what it writes in.
+    results: reports (steps, R, m), memories (steps, k), elongations, forces and stored energies of springs (steps, 3,
+    s) after each step, iterations (steps, I, LANES), largest displacements and shortened corrections (I, LANES) so far.
 
     Returns how many steps are done before one that fails in any lane; state and memory are those after the last.
     """
     (rows, used, iterated, shown, velocity, first, forces, slopes, first_commit, commits, since_commit, answered,
      same) = plan  # fmt: skip
     weights, at, levels, since, fixed = forces
-    matrices, stiff = structure
+    matrices, stiff, shapes = structure
     B, laws, of_rate = springs
     (X, next_state, memories), (known, rest, part), newton, work, kept, (shorter, largest_before, at_once) = room
     found, before, rates_before, moved, e, rates, total, new = work
@@ -300,7 +300,9 @@ def march(state, memory, loads, alive, rules, plan, out, report, structure, spri
                 largest_before[i, lane] = largest[i, lane]
         for i in range(I):
             place, a, b = S + i, first[i], first[i + 1]
-            _scaled(-1.0, loads[i, step], known)
+            _zero(known)
+            for j in range(len(shapes)):
+                _loaded(loads[i, step], j * LANES, shapes[j], known)
             for m in range(3):
                 if used[i, m]:
                     _combine(rows[i, m], X, place, part)

@@ -50,7 +50,10 @@ class Lanes(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """After m steps: u, v, a (m, R, n, lanes), what is remembered (m, k), of springs (m, 4, s, lanes), iterations."""
+    """After m steps: u, v, a (m, R, n, lanes), what is remembered (m, k), of springs (m, 3, s, lanes), iterations.
+
+    All but the last are written anew by the next steps that are made.
+    """
 
     motion: Array
     memories: Array
@@ -62,7 +65,7 @@ class Rows(NamedTuple):
 class CompiledSteps:
     """Of runs side by side the arrays that the kernel reads: see there. balances: the systems that are such.
 
-    march: of a run that is alone, what goes on with a step that fails.
+    march: of a run that is alone, what goes on with a step that fails. kept: memory for `Rows`.
     """
 
     runs: Sequence[Run]
@@ -72,16 +75,19 @@ class CompiledSteps:
     steps: Steps
     arrays: tuple[Any, ...]
     balances: list[int]
-    shapes: Array  # of the loads of each run (lanes, J, n), padded
+    kept: tuple[Array, Array, Array]
 
     @classmethod
-    def of(cls, march: StructureSteps) -> "CompiledSteps | None":
+    def of(cls, march: StructureSteps, rows: int) -> "CompiledSteps | None":
         """None for what the kernel does not take."""
-        return cls.together([march.run], march) if takes(march.run) else None
+        return cls.together([march.run], rows, march) if takes(march.run) else None
 
     @classmethod
-    def together(cls, runs: Sequence[Run], march: StructureSteps | None = None) -> "CompiledSteps":
-        """Of one run, with its march, or of as many as there are lanes, each of which `takes` takes and is `alike`."""
+    def together(cls, runs: Sequence[Run], rows: int, march: StructureSteps | None = None) -> "CompiledSteps":
+        """Of one run, with its march, or of as many as there are lanes that `takes` takes, of one kind.
+
+        rows: of `Rows`.
+        """
         from ...derived.modules import spring_march_module  # noqa: PLC0415 (the one door to SymPy)
 
         of, steps, lanes = [run.structure for run in runs], step_of(runs[0].scheme, runs[0].h), len(runs)
@@ -92,12 +98,15 @@ class CompiledSteps:
         plan, shares = _plan(steps, of_rate, held[0] is not None)
         linear = np.array([[np.einsum("m,mij->ij", share, each) for share in shares] for each in matrices])
         stiff = np.abs(np.diagonal(matrices[:, 2], axis1=1, axis2=2)).max(axis=1)
-        structure = _blocks(np.concatenate([matrices, linear.reshape(lanes, -1, n, n)], axis=1)), stiff
+        blocks = _blocks(np.concatenate([matrices, linear.reshape(lanes, -1, n, n)], axis=1))
+        structure = blocks, stiff, _side_by_side([run.shapes.T for run in runs])
         room = _room(steps, springs[0], n, lanes)
         arrays = RULES, plan, steps.out, steps.report, structure, (*_springs(springs), of_rate), room
         balances = [k for k, system in enumerate(steps.systems) if system.balance]
-        shapes = np.array([_padded(run.shapes.T) for run in runs])
-        return cls(runs, march, springs[0], spring_march_module(lanes), steps, arrays, balances, shapes)
+        (X, _, memories), total = room[0], room[3][6]
+        kept = np.empty((rows, len(steps.report), X.shape[1])), np.empty((rows, memories.shape[1]))
+        kept = *kept, np.empty((rows, 3, total.size))
+        return cls(runs, march, springs[0], spring_march_module(lanes), steps, arrays, balances, kept)
 
     def at(self, states: Sequence[Array], memories: Sequence[Memory]) -> Lanes:
         """Where structures are that have these states (S, n) and remember that."""
@@ -105,28 +114,24 @@ class CompiledSteps:
         alive, zero = np.ones(len(self.runs), np.bool_), np.zeros((len(self.steps.systems), len(self.runs)))
         return Lanes(_side_by_side(states), _padded(np.concatenate(kept)[None])[0], alive, zero, zero.astype(np.int64))
 
-    def made(self, lanes: Lanes, loads: Sequence[Array] | Array) -> Rows:
+    def made(self, lanes: Lanes, loads: Sequence[Array]) -> Rows:
         """Steps under loads (I, m, J) of each system, of each lane; they are fewer than m where one fails.
 
         lanes: where they begin, and then where they have come to; one that has failed is no longer alive.
         """
-        m, n = loads[0].shape[1], self.runs[0].structure.size
-        forces = np.moveaxis(np.matmul(np.stack(loads, axis=1), self.shapes)[..., :n], 1, -1)  # (I, m, n, lanes)
-        forces = _padded(forces.reshape(-1, n * len(self.runs)))
-        width, size = lanes.state.shape[1], self.springs.size * len(self.runs)
-        motion, remembered = np.empty((m, len(self.steps.report), width)), np.empty((m, len(lanes.memory)))
-        answers = np.empty((m, 4, -(-size // 4) * 4))
-        counts = np.empty((m, len(self.steps.systems), len(self.runs)), np.int64)
-        results = motion, remembered, answers, counts, lanes.largest, lanes.shortened
-        done = self.kernels.march(
-            lanes.state, lanes.memory, forces.reshape(-1, m, width), lanes.alive, *self.arrays, results
+        factors = np.stack(loads, axis=-1)  # (I, m, J, lanes)
+        systems, m, J, L = factors.shape
+        counts = np.empty((m, systems, L), np.int64)
+        given = lanes.state, lanes.memory, factors.reshape(systems, m, J * L), lanes.alive, *self.arrays
+        done = self.kernels.march(*given, (*self.kept, counts, lanes.largest, lanes.shortened))
+        motion, memories, answers = (x[:done] for x in self.kept)
+        motion, answers = (
+            x[..., : size * L].reshape(*x.shape[:-1], size, L)
+            for x, size in ((motion, self.runs[0].structure.size), (answers, self.springs.size))
         )
-        places = np.concatenate([x for _, x in self.springs.groups])
-        answers = answers[:done, :, :size].reshape(done, 4, self.springs.size, len(self.runs))
         if len(self.springs.groups) > 1:
-            answers = answers[:, :, np.argsort(places)]
-        motion = motion[:done, :, : n * len(self.runs)].reshape(done, len(self.steps.report), n, len(self.runs))
-        return Rows(motion, remembered[:done], answers, counts[:done, self.balances])
+            answers = answers[:, :, np.argsort(np.concatenate([x for _, x in self.springs.groups]))]
+        return Rows(motion, memories, answers, counts[:done, self.balances])
 
     def taken(self, X: Array, loads: Sequence[Array], ends: Array) -> Stretch:
         """Of one march the steps from X (V, n), which has begun, to the times `ends` (m,) under loads (m, J) of each
@@ -145,8 +150,9 @@ class CompiledSteps:
         for solver, size, more in zip(march.systems, lanes.largest[:, 0], lanes.shortened[:, 0], strict=True):
             if isinstance(solver, NonlinearSystem):
                 solver.largest, solver.shortened = float(size), solver.shortened + int(more)
-        kept = self.memories(memories).at((..., 0, slice(None)))
-        return Stretch(march, ends[: len(motion)], motion, kept, springs, counts, lanes.state[:, :n].copy())
+        kept, last = (self.memories(x).at((..., 0, slice(None))) for x in (memories, lanes.memory[None]))
+        state = lanes.state[:, :n].copy()
+        return Stretch(march, ends[: len(motion)], motion, kept, springs, counts, state, last.at(0))
 
     def memories(self, rows: Array) -> Memory:
         """Of rows (m, ..) as the kernel has them, (m, s, lanes, ..)."""
@@ -169,21 +175,12 @@ def takes(run: Run) -> bool:
     return not any(is_operator(matrix) for matrix in (s.M, s.damping, s.K, force.K))
 
 
-def alike(run: Run, other: Run) -> bool:
-    """Whether two runs that the kernel takes differ in numbers alone, other than those of springs' rows and steps."""
-    one, another = run.structure, other.structure
-    same = step_of(run.scheme, run.h) is step_of(other.scheme, other.h) and one.T.shape == another.T.shape
-    same = same and len(run.loads) == len(other.loads)
-    if not same or any(not np.array_equal(getattr(one.T, x), getattr(another.T, x)) for x in PARTS):
-        return False
-    (springs, K), (others, other_K) = _springs_of(one), _springs_of(another)
-    if (K is None) != (other_K is None) or len(springs.groups) != len(others.groups):
-        return False
-    groups = zip(springs.groups, others.groups, strict=True)
-    rows = springs.compressed, others.compressed
-    return all(x.law.module is y.law.module and np.array_equal(x.where, y.where) for x, y in groups) and all(
-        np.array_equal(getattr(rows[0], x), getattr(rows[1], x)) for x in PARTS
-    )
+def kind_of(run: Run) -> tuple[Any, ...]:
+    """Equal of runs that the kernel takes if they differ in numbers alone, not in those of springs' rows and steps."""
+    s, (springs, K) = run.structure, _springs_of(run.structure)
+    groups = [(law.module, where.tobytes()) for law, where in springs.groups]
+    parts = [getattr(matrix, x).tobytes() for matrix in (s.T, springs.compressed) for x in PARTS]
+    return step_of(run.scheme, run.h), s.T.shape, len(run.loads), K is None, groups, parts
 
 
 def loads_side_by_side(runs: Sequence[Run], count: int) -> list[Array]:
@@ -213,7 +210,7 @@ def _padded(rows: Array) -> Array:
 
 def _side_by_side(rows: Sequence[Array]) -> Array:
     """Of each lane rows (m, n), as rows (m, n lanes), padded."""
-    return _padded(np.stack(rows, axis=-1).reshape(len(rows[0]), -1))
+    return _padded(np.stack(rows, axis=-1).reshape(len(rows[0]), rows[0].shape[1] * len(rows)))
 
 
 def _dense(matrix: Matrix | None, n: int) -> Array:
@@ -336,7 +333,9 @@ def _first_like(row: Array, rows: Array) -> int:
 def _springs(every: Sequence[Springs]) -> tuple[Any, ...]:
     """B in compressed rows, and the laws, as the kernel takes them: springs group by group, and of each its lanes."""
     springs, L = every[0], len(every)
-    B = springs.compressed[np.concatenate([where for _, where in springs.groups])]
+    B = springs.compressed
+    if len(springs.groups) > 1:
+        B = B[np.concatenate([where for _, where in springs.groups])]
     laws = zip(*([law for law, _ in one.groups] for one in every), strict=True)
     counts = [len(where) for _, where in springs.groups]
     tables = [

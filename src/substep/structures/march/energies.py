@@ -153,7 +153,7 @@ class Energies(NamedTuple):
             damped += _products(change, resisted[0]) / h
             finer -= of_damped((change, resisted[0]), v, resisted[1:], h, _products)
         sums = np.cumsum([[self.work, self.damped, self.quadrature], *np.transpose([work, damped, finer])], axis=0)[1:]
-        last = Energies.of(s, motion[-1], t, loads[-1], memories.at(-1))
+        last = Energies.of(s, motion[-1].copy(), t, loads[-1], memories.at([-1]).at(0))
         work, damped, finer = sums[-1].tolist()
         last = last._replace(work=work, damped=damped, quadrature=finer)
         return np.column_stack([kinetic, stored, sums]), last

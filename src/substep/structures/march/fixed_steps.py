@@ -18,7 +18,7 @@ from .steps import Run
 from .time_loop import Stretch, Trial
 
 BLOCK = 256  # steps for which the loads are sampled at once
-STRETCH = 4096  # steps that a kernel computes at once, as far as it computes them
+STRETCH = 2048  # steps that a kernel computes at once, as far as it computes them
 
 
 class FixedSteps:
@@ -73,7 +73,7 @@ class FixedSteps:
                 solver.keep(tangent)
         X, after = run.room(march.steps), run.room(march.steps)
         march.begin(X, run.started() if state is None else state, memory)
-        compiled = None if self.singly else CompiledSteps.of(march)
+        compiled = None if self.singly else CompiledSteps.of(march, min(STRETCH, self.total))
         first, begun = done, True
         while first < self.total:
             count = min(BLOCK if compiled is None else STRETCH, self.total - first)
@@ -82,7 +82,7 @@ class FixedSteps:
                 stretch = compiled.taken(X, loads, ends)
                 if made := len(stretch.t):
                     yield stretch
-                    march.begin(X, stretch.state, stretch.memories.at(-1))
+                    march.begin(X, stretch.state, stretch.memory)
                     first, begun = first + made, True
                 if made == count:
                     continue

@@ -147,16 +147,14 @@ class Histories(Kept):
             rows, energies = energies.along(s, motion[:, :2], end, h, loads, half, memories, held, stored)
             self.accounts.append(rows[kept])
         if len(rows := motion[kept, : self.kinds]):
-            selected, first = (
-                self.select(rows.reshape(-1, s.size)).reshape(*rows.shape[:2], -1),
-                done // self.stride + 1,
-            )
+            selected = self.select(rows.reshape(-1, s.size)).reshape(*rows.shape[:2], -1)
+            first = done // self.stride + 1
             if self.saved is None:
                 self.rows[first : first + len(selected)] = selected
             else:
-                for place, row in enumerate(selected, first):
+                for place, row in enumerate(selected.copy(), first):
                     self.saved.put(place, row)
-        self._stand(done + len(motion), steps.state, energies, march.tangents, memories.at(-1), None, motion[-1].copy())
+        self._stand(done + len(motion), steps.state, energies, march.tangents, steps.memory, None, motion[-1].copy())
 
     @property
     def kept(self) -> int:
@@ -315,16 +313,20 @@ class ChosenHistories(Kept):
 def selection(structure: Model, places: list[int]) -> Any:
     """A function of rows (r, n), or of rows and vectors that they combine, to values (r, k) at degrees of freedom.
 
-    Rows (r, n, L) of L load cases become (r, k, L).
+    Rows (r, n, L) of L load cases become (r, k, L); rows may be given back as they are.
     """
-    part = structure.T[places]
-    columns = np.unique(part.indices)
-    part = part[:, columns]
-    plain = is_identity(part)
+    part, columns = None, np.array(places, np.int64)
+    if not structure.all_free:
+        columns = np.unique(structure.T[places].indices)
+        part = structure.T[places][:, columns]
+        part = None if is_identity(part) else part
+    every = np.array_equal(columns, np.arange(structure.size))
 
     def select(rows: Array, X: Array | None = None) -> Array:
-        found = rows[:, columns] if X is None else combined(rows, X[:, columns])
-        if plain:
+        found = rows if every else rows[:, columns]
+        if X is not None:
+            found = combined(rows, X if every else X[:, columns])
+        if part is None:
             return found
         by_dof = np.moveaxis(found, 1, 0)
         rest = by_dof.shape[1:]

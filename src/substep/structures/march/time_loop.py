@@ -34,8 +34,8 @@ class Stretch(NamedTuple):
     """Complete steps of march to the times t (m,), s, none of which has failed.
 
     motion (m, 2 or 3, n): what the scheme reports after each; memories: what was committed then, of m rows; springs
-    (m, 4, s): their elongations, forces and stored energies, and room for their work; counts (m, balances): iterations;
-    state (S, n): after the last.
+    (m, 3, s): their elongations, forces and stored energies; counts (m, balances): iterations; state (S, n), memory:
+    after the last. The first three are written anew in the next stretch.
     """
 
     march: StructureSteps
@@ -45,6 +45,7 @@ class Stretch(NamedTuple):
     springs: Array
     counts: Array
     state: Array
+    memory: Memory
 
 
 class Clock(Protocol):

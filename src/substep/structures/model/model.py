@@ -243,7 +243,7 @@ class Model:
         if not isinstance(record, Record):
             raise ValueError(f"expected the ground acceleration as ss.Record(dt, values), got {type(record).__name__}")
         iota = self.influence_of(direction)
-        shape = -(self.T.T @ (self.full_mass @ iota))
+        shape = -self.inertia_of(iota)
         return replace(self, loads=(*self.loads, (shape, record)), motions=(*self.motions, (iota, record)))
 
     def influence_of(self, direction: ArrayLike) -> Array:
@@ -261,12 +261,17 @@ class Model:
             iota[[self.place(x) for x in np.atleast_1d(given).tolist()]] = 1.0
         else:
             iota = vector("direction", direction, N)
-        if not (self.T.T @ (self.full_mass @ iota)).any():
+        if not self.inertia_of(iota).any():
             raise ValueError(
                 "expected a direction in which mass moves that is free, got one without; give the displacements of all "
                 "degrees of freedom where the base moves by one"
             )
         return iota
+
+    def inertia_of(self, iota: Array) -> Array:
+        """M iota in the free degrees of freedom (n,), of a motion iota (N,) of all."""
+        every = self.full_mass @ iota
+        return every if self.all_free else self.T.T @ every
 
     def __getstate__(self) -> dict[str, Any]:
         return {f.name: getattr(self, f.name) for f in fields(self)}  # factors and the like are computed again
