@@ -62,6 +62,35 @@ def adams_moulton3(s, state, p, f):
     return (*new, a0), new
 
 
+@scheme("adams_moulton4", "u h*v h^2*a h^2*a[-1] h^2*a[-2]")
+def adams_moulton4(s, state, p, f):
+    u0, v0, a0, am, amm = state
+
+    def end(a1):
+        u1 = u0 + v0 + 19 * a1 / 180 + 19 * a0 / 40 - am / 10 + 7 * amm / 360
+        return u1, v0 + 3 * a1 / 8 + 19 * a0 / 24 - 5 * am / 24 + amm / 24, a1
+
+    new = end(root(lambda a: s.residual(*end(a), f(1))))
+    return (*new, a0, am), new
+
+
+@scheme("bdf_alpha", "u h*v h^2*a u[-1] h*v[-1]", "alpha")
+def bdf_alpha(s, state, p, f):
+    u0, v0, a0, um, vm = state
+
+    def mean(x0, xm, rate1, rate0):
+        """x1 from (3/2 + alpha) x1 - (2 + 2 alpha) x0 + (1/2 + alpha) xm = (1 + alpha) x1' - alpha x0'."""
+        known = 2 * (1 + p.alpha) * x0 - (1 + 2 * p.alpha) * xm / 2
+        return (known + (1 + p.alpha) * rate1 - p.alpha * rate0) / (3 * s.one / 2 + p.alpha)
+
+    def end(a1):
+        v1 = mean(v0, vm, a1, a0)
+        return mean(u0, um, v1, v0), v1, a1
+
+    new = end(root(lambda a: s.residual(*end(a), f(1))))
+    return (*new, u0, v0), new
+
+
 @scheme("zhai", "u h*v h^2*a h^2*a[-1]", "psi phi")
 def zhai(s, state, p, f):
     u0, v0, a0, am = state
@@ -141,6 +170,18 @@ class FurtherSteps:
         (_, h, _, u0, v0, a0), am = self.now(), self.rows[-2].a
         known_u, known_v = u0 + h * v0 + h**2 * (10 * a0 - am) / 24, v0 + h * (8 * a0 - am) / 12
         return self.balance(1, Line(known_u, h**2 / 8, known_v, 5 * h / 12))
+
+    def adams_moulton4(self, p):
+        (_, h, _, u0, v0, a0), am, amm = self.now(), self.rows[-2].a, self.rows[-3].a
+        known_u = u0 + h * v0 + h**2 * (19 * a0 / 40 - am / 10 + 7 * amm / 360)
+        return self.balance(1, Line(known_u, 19 * h**2 / 180, v0 + h * (19 * a0 - 5 * am + amm) / 24, 3 * h / 8))
+
+    def bdf_alpha(self, p):
+        (_, h, _, u0, v0, a0), (um, vm, _), b = self.now(), self.rows[-2], 1.5 + p.alpha
+        known_v = (2 * (1 + p.alpha) * v0 - (0.5 + p.alpha) * vm - p.alpha * h * a0) / b
+        known_u = (2 * (1 + p.alpha) * u0 - (0.5 + p.alpha) * um - p.alpha * h * v0) / b
+        g = (1 + p.alpha) * h / b
+        return self.balance(1, Line(known_u + g * known_v, g**2, known_v, g))
 
     def zhai(self, p):
         (s, h, t, u0, v0, a0), am = self.now(), self.rows[-2].a if len(self.rows) > 1 else self.rows[-1].a

@@ -46,8 +46,9 @@ MEMBERS |= {name: ("nystrom", {"table": table}) for name, table in tables.NYSTRO
 MEMBERS |= {name: ("stoermer", {"counts": counts}) for name, counts in tables.EXTRAPOLATIONS.items()}
 STARTERS = {  # how many steps of which scheme come before the first own one
     **{name: (2, "average_acceleration") for name in ("houbolt", "park", "bdf3")},
-    **{name: (1, "average_acceleration") for name in ("oalts", "bdf2", "adams_moulton3")},
+    **{name: (1, "average_acceleration") for name in ("oalts", "bdf2", "adams_moulton3", "bdf_alpha")},
     "bdf4": (3, "dormand_prince"),
+    "adams_moulton4": (2, "dormand_prince"),
 }
 
 

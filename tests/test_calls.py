@@ -205,6 +205,8 @@ def test_a_pair_hidden_by_rounding_is_refused_and_a_real_one_is_not() -> None:
     assert np.isnan(real.numerical_damping([1e9, 1e12, 1e20])).all()
     with pytest.raises(ValueError, match=r"rho_inf_bathe can be told apart, got Omega = 1e\+16"):
         ss.scheme("rho_inf_bathe").numerical_damping(1e16)  # whose pair seems complex there, by rounding
+    with pytest.raises(ValueError, match=r"bdf_alpha can be told apart, got Omega = 1e\+17, xi = 0\.5"):
+        ss.scheme("bdf_alpha").stability([1e9, 1e17], 0.5)  # whose second pair seems to be the only one
 
 
 def test_the_point_beyond_reach_is_found_among_many() -> None:

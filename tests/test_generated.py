@@ -251,7 +251,16 @@ def test_every_scheme_has_its_module_and_nothing_else_is_there() -> None:
     modules |= {f"shared/{ss.scheme(name).kernels.EIGENVALUES}" for name in own}
     modules |= {
         f"shared/{name}"
-        for name in ("combinations", "errors", "formulas", "interpolant", "loads", "stability", "step_control")
+        for name in [
+            "combinations",
+            "errors",
+            "formulas",
+            "interpolant",
+            "loads",
+            "registers",
+            "stability",
+            "step_control",
+        ]
     }
     modules |= {f"pairs/{scheme}__{scene}" for scheme, scene in COMMITTED}
     modules |= {f"{name.partition('/')[0]}/__init__" for name in modules}

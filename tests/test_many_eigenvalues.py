@@ -19,7 +19,7 @@ from substep_derive.oscillator.amplification import Amplification
 from substep_derive.oscillator.spectrum import live
 from substep_derive.oscillator.stability_polynomial import rate, stability_polynomial
 from substep_kernels.shared import eigenvalues_2_twice, eigenvalues_3_twice
-from sympy import Expr, Poly, Rational, Symbol
+from sympy import Expr, I, Poly, Rational, Symbol, expand, re, simplify
 from test_stability import exact_spectrum
 
 import substep as ss
@@ -84,6 +84,17 @@ def test_a_multistep_method_has_its_stability_polynomial(scheme: str | int, root
 @pytest.mark.parametrize("scheme", [multistep(2, 3), with_second_differences(), find("houbolt"), find("newmark")])
 def test_others_have_none(scheme: Scheme) -> None:
     assert stability_polynomial(live(Amplification.of(scheme).charpoly)) is None
+
+
+def test_bdf_alpha_is_a_stable_for_every_alpha() -> None:
+    """Re s = Re rho/sigma >= 0 wherever a root is on the unit circle, exactly if alpha >= -1/2 (and > -1)."""
+    found = stability_polynomial(live(Amplification.of(find("bdf_alpha")).charpoly))
+    assert found is not None
+    a, t = Symbol("a", real=True), Symbol("t", real=True)  # alpha, and the tangent of half the angle
+    cosine, circle = (1 - t**2) / (1 + t**2), (1 + I * t) ** 2 / (1 + t**2)
+    p = found.as_expr().subs(Symbol("alpha"), a) / -2
+    rho, sigma = p.subs({rate: 0, lam: circle}), -p.diff(rate).subs(lam, 1 / circle)
+    assert simplify(re(expand(rho * sigma)) - (1 + a) * (1 + 2 * a) * (1 - cosine) ** 2) == 0
 
 
 def test_a_factor_that_does_not_move_is_shared() -> None:
@@ -195,10 +206,11 @@ def test_above_critical_damping_the_radius_is_over_both_rates(parameter: float |
             assert abs(found - largest) <= max(1e-14 * largest, 20 * max(moves)), (omega, damping)
 
 
-def test_a_pair_on_the_unit_circle_beside_a_real_eigenvalue_there() -> None:
-    """oalts at rho_inf = 1 is the trapezoidal rule with a double eigenvalue -1: its damping is 0, and NaN nowhere."""
+@pytest.mark.parametrize(("name", "parameters"), [("oalts", {"rho_inf": 1.0}), ("bdf_alpha", {"alpha": -0.5})])
+def test_a_pair_on_the_unit_circle_beside_others_that_do_not_move(name: str, parameters: dict[str, float]) -> None:
+    """The trapezoidal rule with a double eigenvalue -1, or 0: its damping is 0, and NaN nowhere."""
     Omega = np.concatenate([np.logspace(-6, 2, 200), [0.125, 2.0]])
-    radius, damping, period = ss.scheme("oalts", rho_inf=1.0).stability(Omega)
+    radius, damping, period = ss.scheme(name, **parameters).stability(Omega)
     assert (damping == 0).all()
     assert np.abs(radius - 1).max() <= 4 * EPS
     assert period == pytest.approx(ss.scheme("newmark", beta=0.25, gamma=0.5).period_error(Omega), rel=1e-12)

@@ -222,6 +222,7 @@ def test_what_is_known_of_energies() -> None:
         ("bathe", 3, "V[v, N[v]]", "-1/144"),
         ("bdf3", 3, "V[v, N[v]]", "1/2"),  # of these two energy grows
         ("adams_moulton3", 3, "V[v, N[v]]", "1/24"),
+        ("bdf_alpha", 3, "V[v, N[v]]", "-(1 + alpha)*(1 + 2*alpha)/2"),
     ],
 )
 def test_rates_in_the_parameters(name: str, power: int, scalar: str, expected: str) -> None:

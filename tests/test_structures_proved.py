@@ -22,7 +22,7 @@ from typer.testing import CliRunner
 import substep as ss
 from substep.cli.commands import app
 
-REFUTED = {"forward_euler", "rk2", "bdf3", "bdf4", "butcher6", "rkn64", "adams_moulton3"}
+REFUTED = {"forward_euler", "rk2", "bdf3", "bdf4", "butcher6", "rkn64", "adams_moulton3", "adams_moulton4"}
 BOUND = {
     *(
         "central_difference_lagged",

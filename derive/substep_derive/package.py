@@ -26,6 +26,7 @@ from .emit.stamp import stamped
 from .emit.templates.combinations import COMBINATIONS
 from .emit.templates.loads import LOADS
 from .emit.templates.plan import PLANS
+from .emit.templates.registers import REGISTERS
 from .emit.templates.step_control import STEP_CONTROL, STEP_CONTROL_HEADER
 from .kernels.march_shape import Shape, loads_for, shape_name
 from .kernels.scheme import SchemeKernels
@@ -93,6 +94,7 @@ def _shared(kernels: Iterable[SchemeKernels]) -> dict[str, str]:
         "shared/formulas": formulas_module(),
         "shared/interpolant": interpolant_module(),
         "shared/loads": LOADS,
+        "shared/registers": REGISTERS,
         "shared/step_control": STEP_CONTROL_HEADER + STEP_CONTROL,
         "shared/errors": errors_module(),
         "shared/stability": stability_module(),

@@ -8,14 +8,14 @@ from .march_module import WIDTH, nested, stretch
 from .printing import fill, placed
 from .templates.decorators import COMPILE_AND_INNER
 from .templates.march import FILTER, FILTER_HEADER
+from .templates.registers import WIDEST
 from .templates.thread import COMPILE_KERNEL, FILTER_THREADS
-from .templates.widest import WIDEST, WIDEST_IMPORTS
 
 
 def filter_module() -> str:
     """Text of linear_filter.py, without its banner."""
-    head = fill(FILTER_HEADER, imports=WIDEST_IMPORTS, whole=2 * WIDTH)
-    return head + COMPILE_AND_INNER + WIDEST + "".join(_kernels(d, followed) for d in ORDERS for followed in (1, 3))
+    head = fill(FILTER_HEADER, imports=WIDEST, whole=2 * WIDTH)
+    return head + COMPILE_AND_INNER + "".join(_kernels(d, followed) for d in ORDERS for followed in (1, 3))
 
 
 def filter_rows(d: int) -> list[str]:

@@ -14,9 +14,9 @@ from ..kernels.march_shape import Shape
 from .printing import fill, placed, wrapped
 from .single import in_single
 from .templates.decorators import COMPILE_AND_INNER
-from .templates.march import MARCH, MARCH_HEADER, RUN, RUN_AHEAD, STORE, STRETCH
+from .templates.march import MARCH, MARCH_HEADER, RUN, RUN_AHEAD, STRETCH
+from .templates.registers import from_registers
 from .templates.thread import COMPILE_KERNEL, MARCH_THREADS
-from .templates.widest import WIDEST
 
 WIDTH = 48  # lanes of a block: 6 vector registers of 8, enough to hide the latency of the recurrence
 STEPS_AT_ONCE = 4  # steps for which a block's lanes stay in registers; LLVM unrolls no more of them
@@ -28,8 +28,10 @@ BLOCKS = 10  # blocks of one stretch of a history's rows, whose numbers fit the 
 def march_module(shape: Shape, loads: Iterable[int], width: int = WIDTH) -> str:
     """Text of the module of a shape, without its banner; width: lanes of a block."""
     s = _Shape(shape, 2, width)
-    head = fill(MARCH_HEADER, reported=", ".join(s.reported), m=s.m, width=width, blocks=BLOCKS, ahead=AHEAD)
-    return head + COMPILE_AND_INNER + fill(STORE) + WIDEST + "".join(_Shape(shape, K, width).kernels() for K in loads)
+    imports = from_registers("store", "widest")
+    sizes = {"m": s.m, "width": width, "blocks": BLOCKS, "ahead": AHEAD}
+    head = fill(MARCH_HEADER, imports=imports, reported=", ".join(s.reported), **sizes)
+    return head + COMPILE_AND_INNER + "".join(_Shape(shape, K, width).kernels() for K in loads)
 
 
 def march_in_single(shape: Shape, K: int) -> str:

@@ -1,4 +1,4 @@
-"""Body -> text of a module that holds the whole march of one scheme on one scene, and calls only itself."""
+"""Body -> text of a module that holds the whole march of one scheme on one scene."""
 
 from collections.abc import Iterable, Sequence
 from textwrap import wrap
@@ -18,9 +18,9 @@ from .printing import KERNEL_PRINTER, block, docstring, fill, lines, literal_tup
 from .step_text import DT, Layout, step_text
 from .templates.decorators import COMPILE_AND_INNER
 from .templates.pair import HELD_FIRST, PAIR_HEADER, START, STENCIL
+from .templates.registers import WIDEST
 from .templates.scene import LOG_COSH
 from .templates.step import DIFFERENCE, SINC, SINC_SLOPE
-from .templates.widest import WIDEST, WIDEST_IMPORTS
 
 # the layouts in which each pair marches; of the first are the operations that it states
 LAYOUTS: tuple[Layout, ...] = (ONE_LANE, BLOCK_OF_LANES)
@@ -42,7 +42,7 @@ def pair_module(
     text = "".join([*marches, start, _held_first(body), _stencil(body)])
     header = fill(
         PAIR_HEADER,
-        imports=WIDEST_IMPORTS,
+        imports=WIDEST,
         scheme=body.scheme.name,
         scene=body.motion.scene.name,
         residuals=docstring(residuals(systems) + (OF_MOTION.rstrip() if body.motion.general else "")),
@@ -53,7 +53,7 @@ def pair_module(
         reported="uva"[: len(body.report)],
         operations=steps[0].operations,
     )
-    return "".join([banner, header, COMPILE_AND_INNER, WIDEST, *helpers(text, body), text])
+    return "".join([banner, header, COMPILE_AND_INNER, *helpers(text, body), text])
 
 
 def march_arguments(body: Body) -> list[str]:

@@ -22,11 +22,10 @@ MARCHES = {"s", "rows", "values", "state", "f", "C"}  # arguments, one of which 
 # counts over the lanes of a loop, of 32 bits: LLVM takes as many lanes at once as the widest of their numbers allow
 COUNTS = {"left", "bad"}
 WHOLE_OF = {"shape", "size", "data"}  # attributes of arrays
+# a block begins where a register of 32 bytes is loaded at once
+BYTES = {"room.ctypes.data >> 3": "room.ctypes.data >> 2", "data // 8": "data // 4"}
 FOR_THE_COMPILER = {"intrinsic", "overload"}  # decorators of functions that compute nothing
-# a block begins where a register of 32 bytes is loaded at once; nothing is stored past the caches, which takes doubles
-BYTES = {
-    "room.ctypes.data >> 3": "room.ctypes.data >> 2", "data // 8": "data // 4", "LARGE = 1 << 20": "LARGE = 1 << 60",
-}  # fmt: skip
+IMPORTED = {"store"}  # functions whose numbers are those of their arrays, and whose other arguments are whole
 
 
 def in_single(text: str) -> str:
@@ -136,7 +135,7 @@ class _Single(ast.NodeTransformer):
             case ast.Call(func=ast.Attribute(attr="max" | "min", value=value)):
                 return self.is_whole(value)
             case ast.Call(func=ast.Name(id=name)):
-                return name in {"range", "int", "_leave"}
+                return name in {"range", "int", "_leave", *IMPORTED}
             case (
                 ast.Call(func=ast.Attribute(attr="int32"))
                 | ast.Call(keywords=[ast.keyword(arg="dtype")])

@@ -39,8 +39,8 @@ def polynomials(kernels: SchemeKernels) -> str:
         inputs += polynomial.arguments[:2] if kind.twice else ()
         values = [f"b{name[1:]} if near else {name}" for name in names]
         lines.append(f"near = Omega * (xi if xi > 1.0 else 1.0) < {SMALL_OMEGA}")
-    doc = "conservative: 1 where the polynomial, or it over lambda, reads the same backwards, so that pairs are on the"
-    doc = f"{polynomial.docstring} {doc} unit circle, else 0."
+    doc = f"conservative: 1 where the polynomial, or it over lambda{'^2' if kind.twice else ''}, reads the same"
+    doc = f"{polynomial.docstring} {doc} backwards, so that pairs are on the unit circle, else 0."
     outputs, results = ["conservative", *names], ["conservative", *values]
     text = fill(POLYNOMIALS, block=BLOCK, eigenvalues=kind.name)
     text += _kernel("polynomial", inputs, lines, outputs, results, doc, operations + more)

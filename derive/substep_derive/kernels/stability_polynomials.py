@@ -37,7 +37,8 @@ def stability_kernels(
     arguments = (Omega, xi, *scheme.values)
     if len(live) > 4:
         polynomial = _polynomial(live, arguments) if factor is None else _factor(factor, scheme.values)
-        return polynomial, _asymmetry(_opposite(live), arguments), _defect(defect, arguments)
+        zeros = 1 if factor is None else 2  # a factor of the stability polynomial's is there twice
+        return polynomial, _asymmetry(_opposite(live, zeros), arguments, zeros), _defect(defect, arguments)
     kinds = {3: _two_eigenvalues, 4: _three_eigenvalues}
     return (*kinds[len(live)](live, arguments), _defect(defect, arguments))
 
@@ -70,10 +71,10 @@ def _three_eigenvalues(c: list[Expr], arguments: tuple[Symbol, ...]) -> list[Ker
     ]
 
 
-def _asymmetry(opposite: dict[str, Expr], arguments: tuple[Symbol, ...]) -> Kernel:
-    """How far the polynomial at xi = 0 is from reading the same backwards, as it is (w) and without a root at 0 (y)."""
+def _asymmetry(opposite: dict[str, Expr], arguments: tuple[Symbol, ...], zeros: int = 1) -> Kernel:
+    """How far the polynomial at xi = 0 is from reading the same backwards, as it is (w) and without roots at 0 (y)."""
     doc = "At xi = 0: w = 0 if the polynomial in lambda reads the same backwards"
-    doc += "; y = 0 if that over lambda does." if "y0" in opposite else "."
+    doc += f"; y = 0 if that over lambda{'^2' if zeros == 2 else ''} does." if "y0" in opposite else "."
     outputs = {name: e.subs(xi, 0) for name, e in opposite.items()}
     return _inlined("_asymmetry", (Omega, *arguments[2:]), outputs, doc)
 
@@ -160,7 +161,9 @@ def _parts(polynomial: Expr, re: Symbol, im: Symbol) -> tuple[Expr, Expr]:
     return at.coeff_monomial(1), at.coeff_monomial(i)
 
 
-def _opposite(c: Sequence[Expr]) -> dict[str, Expr]:
+def _opposite(c: Sequence[Expr], zeros: int) -> dict[str, Expr]:
+    """What vanishes if the polynomial reads the same backwards (w), and if it does over lambda^zeros (y)."""
     d = len(c) - 1
     opposite = {f"w{j}": c[j] - c[d - j] for j in range((d + 1) // 2)}
-    return opposite | {"y0": c[0], **{f"y{j}": c[j] - c[d + 1 - j] for j in range(1, d // 2 + 1)}}
+    opposite |= {f"y{j}": c[j] for j in range(zeros)}
+    return opposite | {f"y{j}": c[j] - c[d + zeros - j] for j in range(zeros, (d + zeros + 1) // 2)}

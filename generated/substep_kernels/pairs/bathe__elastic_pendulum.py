@@ -12,8 +12,7 @@ Effective mass and residual of each balance, N the internal force and K_t its ta
 
 import numpy as np
 from numba import njit
-from numba.core import types
-from numba.extending import intrinsic, overload
+from substep_kernels.shared.registers import widest  # with the digest 12ed56a5
 
 SCHEME = "bathe"
 SCENE = "elastic_pendulum"
@@ -32,27 +31,6 @@ COMPLETED, NEWTON_FAILED, NON_FINITE, ENERGY_BOUND = 0, 1, 2, 3
 _compile = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 # called by kernels alone: not from Python, and so without the code for that
 _inner = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True, fastmath={"contract"})
-
-
-@intrinsic
-def _prefer_widest(typing):
-    """Let LLVM take the widest registers there are: on Intel's CPUs with AVX-512 it takes half of them by itself."""
-
-    def lower(context, builder, signature, arguments):
-        # past the check of llvmlite's class, which has no attributes with a value
-        set.add(builder.function.attributes, '"prefer-vector-width"="512"')
-        return context.get_dummy_value()
-
-    return types.none(), lower
-
-
-def _widest():
-    """As `_prefer_widest`, in plain Python."""
-
-
-@overload(_widest, inline="always")
-def _widest_compiled():
-    return lambda: _prefer_widest()
 
 
 @_inner
@@ -266,7 +244,7 @@ def _block(lane0, lane1, h, EA_, L_, m_, tolerance, state, bound, first, n, stri
 
     Every column of the rows is marched: behind the last lane, and where a lane has left, stand copies of others.
     """
-    _widest()
+    widest()
     rows = np.zeros((57, WIDTH + 16))
     begin = -(rows.ctypes.data // 8) & 7  # at a cache line
     end = begin + 8 * ((lane1 - lane0 + 7) // 8)

@@ -55,7 +55,7 @@ def polynomial(n, points, rows):
     """Rows conservative, c2, c2i, c1, c1i, c0, c0i at n points of a block. 13 operations.
 
     Stability polynomial at s0 + i*s1: c0 + i*c0i + (c1 + i*c1i)*lambda + ...; b0, ...: in powers of lambda - 1.
-    conservative: 1 where the polynomial, or it over lambda, reads the same backwards, so that pairs are on the
+    conservative: 1 where the polynomial, or it over lambda^2, reads the same backwards, so that pairs are on the
     unit circle, else 0.
     points: a row each of Omega, xi, s0, s1.
     """
@@ -84,8 +84,8 @@ def polynomial(n, points, rows):
         w0 = -x0 - 8
         w1 = 16
         y0 = 1
-        y1 = -x0 - 17
-        y2 = 46
+        y1 = -8
+        y2 = 13 - x0
         conservative = 1.0 if xi == 0.0 and (abs(w0) + abs(w1) == 0.0 or abs(y0) + abs(y1) + abs(y2) == 0.0) else 0.0
         near = Omega * (xi if xi > 1.0 else 1.0) < 0.125
         rows[i] = conservative

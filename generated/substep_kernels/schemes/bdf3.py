@@ -72,10 +72,10 @@ BLOCK, EIGENVALUES = 512, "eigenvalues_3_twice"
 
 
 def polynomial(n, points, rows):
-    """Rows conservative, c3, c3i, c2, c2i, c1, c1i, c0, c0i at n points of a block. 16 operations.
+    """Rows conservative, c3, c3i, c2, c2i, c1, c1i, c0, c0i at n points of a block. 15 operations.
 
     Stability polynomial at s0 + i*s1: c0 + i*c0i + (c1 + i*c1i)*lambda + ...; b0, ...: in powers of lambda - 1.
-    conservative: 1 where the polynomial, or it over lambda, reads the same backwards, so that pairs are on the
+    conservative: 1 where the polynomial, or it over lambda^2, reads the same backwards, so that pairs are on the
     unit circle, else 0.
     points: a row each of Omega, xi, s0, s1.
     """
@@ -111,9 +111,9 @@ def polynomial(n, points, rows):
         w1 = 360
         w2 = -369
         y0 = 4
-        y1 = -x0 - 157
-        y2 = 549
-        y3 = -890
+        y1 = -36
+        y2 = 32 - x0
+        y3 = 28
         conservative = 1.0 if xi == 0.0 and (abs(w0) + abs(w1) + abs(w2) == 0.0 or abs(y0) + abs(y1) + abs(y2) + abs(y3) == 0.0) else 0.0
         near = Omega * (xi if xi > 1.0 else 1.0) < 0.125
         rows[i] = conservative

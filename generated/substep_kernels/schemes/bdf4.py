@@ -115,10 +115,10 @@ BLOCK, EIGENVALUES = 512, "eigenvalues_4_twice"
 
 
 def polynomial(n, points, rows):
-    """Rows conservative, c4, c4i, c3, c3i, c2, c2i, c1, c1i, c0, c0i at n points of a block. 20 operations.
+    """Rows conservative, c4, c4i, c3, c3i, c2, c2i, c1, c1i, c0, c0i at n points of a block. 21 operations.
 
     Stability polynomial at s0 + i*s1: c0 + i*c0i + (c1 + i*c1i)*lambda + ...; b0, ...: in powers of lambda - 1.
-    conservative: 1 where the polynomial, or it over lambda, reads the same backwards, so that pairs are on the
+    conservative: 1 where the polynomial, or it over lambda^2, reads the same backwards, so that pairs are on the
     unit circle, else 0.
     points: a row each of Omega, xi, s0, s1.
     """
@@ -159,10 +159,10 @@ def polynomial(n, points, rows):
         w2 = -3632
         w3 = 2816
         y0 = 9
-        y1 = -x0 - 721
-        y2 = 2872
-        y3 = -5544
-        y4 = 7238
+        y1 = -96
+        y2 = -x0 - 153
+        y3 = 960
+        y4 = -1122
         conservative = 1.0 if xi == 0.0 and (abs(w0) + abs(w1) + abs(w2) + abs(w3) == 0.0 or abs(y0) + abs(y1) + abs(y2) + abs(y3) + abs(y4) == 0.0) else 0.0
         near = Omega * (xi if xi > 1.0 else 1.0) < 0.125
         rows[i] = conservative

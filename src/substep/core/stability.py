@@ -81,7 +81,7 @@ def radius_damping_period(scheme: SchemeRecord, Omega: ArrayLike, xi: ArrayLike)
     """Spectral radius, numerical damping and period error, in one pass."""
     (radius, damping, period), beyond = _evaluated(scheme, "stability", 3, Omega, xi)
     if beyond:
-        _require_told_apart(scheme, radius, damping, Omega, xi)
+        _require_told_apart(scheme, radius, damping, period, Omega, xi)
     return radius, damping, period
 
 
@@ -110,7 +110,7 @@ def _evaluated(
 ) -> tuple[list[Array], bool]:
     """The spectral radius, and if there are three outputs the errors, at all points, each of the common shape.
 
-    Also whether a damping is NaN or as large as LARGE_DAMPING.
+    Also whether a damping is NaN, or one or a period error as large as LARGE_DAMPING.
 
     The kernels return whether a value of Omega or xi is bad or a radius is not finite, so that these are searched only
     for the error message.
@@ -141,27 +141,34 @@ def _require_finite(scheme: SchemeRecord, what: str, found: Array, Omega: Array,
         )
 
 
-def _require_told_apart(scheme: SchemeRecord, radius: Array, damping: Array, Omega: ArrayLike, xi: ArrayLike) -> None:
-    """Raise ValueError where damping is large or NaN since rounding hides whether two eigenvalues are real or complex.
+def _require_told_apart(
+    scheme: SchemeRecord, radius: Array, damping: Array, period: Array, Omega: ArrayLike, xi: ArrayLike
+) -> None:
+    """Raise ValueError where rounding hides whether two eigenvalues are real or complex.
 
-    So it is where two of the large ones, of the matrix in the energy norm, are as one, or where all are lost in
-    rounding and were a complex pair before. NaN of real eigenvalues apart from each other stays.
+    So it may be where damping is large or NaN, or of a pair below the spectral radius. It is so where two of the large
+    ones, of the matrix in the energy norm, are as one, or where all are lost in rounding and were a complex pair
+    before. NaN of real eigenvalues apart from each other stays, and so does damping of a pair below a real one.
     """
     if not np.any(np.greater(Omega, HIDDEN_FROM)):
         return
     arguments = points(scheme, Omega, xi)[1]
-    odd = ~(abs(damping.reshape(-1)) < LARGE_DAMPING) & np.isfinite(radius.reshape(-1))
+    radius, damping, period = (x.reshape(-1) for x in (radius, damping, period))
+    with np.errstate(all="ignore"):
+        log_modulus = -(damping * np.sqrt(1.0 - arguments[1] ** 2) + arguments[1]) * arguments[0] / (1.0 + period)
+        below = log_modulus < np.log(radius) - 1e-3
+    odd = (below | ~(abs(damping) < LARGE_DAMPING)) & np.isfinite(radius)
     odd &= (arguments[0] > HIDDEN_FROM) & (arguments[1] < 1.0)
     if not odd.any():
         return
-    arguments = [a[odd] for a in arguments]
+    arguments, share = [a[odd] for a in arguments], np.where(below[odd], 0.99, 0.5)
     scaled = _in_energy_norm(scheme, _amplification(scheme, arguments), arguments[0])
     beyond: Any = ~np.isfinite(scaled).all(axis=(1, 2))  # no eigenvalue is known, so that none can be told from another
     values = np.linalg.eigvals(np.where(beyond[:, None, None], 0.0, scaled))
     sizes, distances = abs(values), abs(values[:, :, None] - values[:, None, :])
     close = distances <= AS_ONE * sizes.max(axis=1)[:, None, None]
     i, j = np.triu_indices(values.shape[1], 1)
-    large = np.minimum(sizes[:, i], sizes[:, j]) > 0.5 * sizes.max(axis=1)[:, None]
+    large = np.minimum(sizes[:, i], sizes[:, j]) > (share * sizes.max(axis=1))[:, None]
     lost = sizes.max(axis=1) < LOST
     lost[lost] = _complex_before(scheme, [a[lost] for a in arguments])
     for k in np.flatnonzero(beyond | lost | (close[:, i, j] & large).any(axis=1))[:1]:

@@ -5,12 +5,14 @@ from sympy import Expr, Interval, Rational, Symbol, oo
 from ..parameter import Parameter
 from ..published import Published
 from ..scheme import Balance, Scheme
-from ..symbols import K0, C, M, N, beta, f, h, knot, phi
+from ..symbols import K0, C, M, N, alpha, beta, f, h, knot, phi
 from .newmark import average_acceleration
+from .runge_kutta import dormand_prince
 
 u0, v0, a0 = knot(0)
 u1, v1, a1 = end = knot(1)
-am = knot(-1).a
+um, vm, am = knot(-1)
+amm = knot(-2).a
 half = Rational(1, 2)
 psi = Symbol("psi")
 
@@ -57,6 +59,33 @@ adams_moulton3 = Scheme(
     published=Published("Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), III.2", 3),
 )
 
+adams_moulton4 = Scheme(
+    "adams_moulton4",
+    relations={  # the cubic through the last four
+        u1: u0 + h * v0 + h**2 * (38 * a1 + 171 * a0 - 36 * am + 7 * amm) / 360,
+        v1: v0 + h * (9 * a1 + 19 * a0 - 5 * am + amm) / 24,
+    },
+    balances=(Balance.at(end, 1),),
+    start=dormand_prince,
+    reference="Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), III.1, on the acceleration",
+    published=Published("Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), III.2", 4),
+)
+
+_b = Rational(3, 2) + alpha
+
+bdf_alpha = Scheme(
+    "bdf_alpha",
+    parameters=(Parameter(alpha, Interval(-half, 0), Rational(-3, 10)),),
+    relations={
+        u1: ((2 + 2 * alpha) * u0 - (half + alpha) * um + h * ((1 + alpha) * v1 - alpha * v0)) / _b,
+        v1: ((2 + 2 * alpha) * v0 - (half + alpha) * vm + h * ((1 + alpha) * a1 - alpha * a0)) / _b,
+    },
+    balances=(Balance.at(end, 1),),
+    start=average_acceleration,
+    reference="Alberdi Celaya & Anza, Univ. J. Comput. Math. 1 (2013) 96-108",
+    published=Published("Alberdi Celaya & Anza (2013)", 2, -alpha / (1 + alpha), oo),
+)
+
 zhai = Scheme(
     "zhai",
     parameters=(Parameter(psi, Interval(0, 1), half), Parameter(phi, Interval(0, 1), half)),
@@ -101,4 +130,4 @@ _half3 = 1 / (1 + _r3)
 gssss_u0 = gssss("gssss_u0", _half3, _half3 / 2, _S * _half3 / (2 * _q), 1 / _q, _S / (2 * _q))
 gssss_v0 = gssss("gssss_v0", _S / (2 * _q), 1 / _q, 2 / (_q * (1 + _r3)), _half3 / 2, _half3)
 
-ALL = (chang, chen_ricles, chung_lee, adams_moulton3, zhai, gssss_u0, gssss_v0)
+ALL = (chang, chen_ricles, chung_lee, adams_moulton3, adams_moulton4, bdf_alpha, zhai, gssss_u0, gssss_v0)

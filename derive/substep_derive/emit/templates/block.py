@@ -33,7 +33,7 @@ def _block(lane0, lane1, {arguments}):
 
     Every column of the rows is marched: behind the last lane, and where a lane has left, stand copies of others.
     """
-    _widest()
+    widest()
     rows = np.zeros(({rows}, WIDTH + 16))
     begin = -(rows.ctypes.data // 8) & 7  # at a cache line
     end = begin + 8 * ((lane1 - lane0 + 7) // 8)

@@ -44,7 +44,7 @@ def stability(look, polynomial, find, place, defect, errors, sizes, block, varyi
     `eigenvalues` for `place`: of the module that finds its eigenvalues, find is 0 where that has none; errors: of the
     module of that name. damping: that of the complex pair of largest modulus, less the physical one; period: the
     numerical period over the exact one, less 1; both are NaN where all eigenvalues are real. Returns whether any
-    Omega, xi or radius is negative or not finite, and whether the size of any damping is `large`, or it is NaN.
+    Omega, xi or radius is negative or not finite, and whether any damping or period is `large` in size, or NaN.
     """
     refused, beyond, all_three = False, 0, out.shape[0] == 3
     points, seen = _rows(block), np.empty(2)
@@ -71,7 +71,7 @@ def stability(look, polynomial, find, place, defect, errors, sizes, block, varyi
             period = out[2, first : first + n]
             _call(errors, n, near, others, conjugates, points, rows, found, exact, damping, period)
             for i in range(n):
-                beyond += not abs(damping[i]) < large
+                beyond += not (abs(damping[i]) < large and period[i] < large)
     return refused, beyond > 0
 '''
 

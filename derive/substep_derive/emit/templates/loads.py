@@ -1,7 +1,7 @@
 """Fixed text of the module that evaluates loads."""
 
 from .decorators import INLINE
-from .widest import WIDEST, WIDEST_IMPORTS
+from .registers import WIDEST
 
 LOADS = (
     '''"""Values of loads at many times: a record between its samples, the sine, and sines of lanes."""
@@ -9,7 +9,7 @@ LOADS = (
 import numpy as np
 from numba import njit
 '''
-    + WIDEST_IMPORTS
+    + WIDEST
     + """
 AT_ONCE = 256  # times whose places in a record are found before its samples are read, which is not done in vectors
 FAR = 1 << 30  # beyond it the place in a record is not found as an integer of 32 bits, as CPUs with AVX2 do in vectors
@@ -18,7 +18,6 @@ _exact = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True
 _fused = njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"contract"})
 """
     + INLINE
-    + WIDEST
     + '''
 
 @_exact
@@ -27,7 +26,7 @@ def interpolate(samples, dt, t, out):
 
     A time that differs from a sample's by at most 1e-9 dt counts as the sample's.
     """
-    _widest()
+    widest()
     last, later = samples.size - 1, samples[1:]
     place, share = np.empty(AT_ONCE, np.uint64), np.empty(AT_ONCE)
     for first in range(0, t.size, AT_ONCE):
@@ -52,7 +51,7 @@ def interpolate_steps(samples, dt, h, tau, first, out):
 
     Where many of them lie between the first sample and the last but one, these need not be looked for one by one.
     """
-    _widest()
+    widest()
     most, later = min(samples.size - 2, FAR), samples[1:]
     place, share, t = np.empty(AT_ONCE, np.uint32), np.empty(AT_ONCE), np.empty(AT_ONCE)
     for begin in range(0, out.size, AT_ONCE):
@@ -92,7 +91,7 @@ def _sine(x):
 @_fused
 def sine(x):
     """Replace x (n,) by its sine to 2 units in the last place; returns False, with x as it was, if any |x| > 1e6."""
-    _widest()
+    widest()
     far = 0
     for i in range(x.size):
         far += abs(x[i]) > 1e6
@@ -110,7 +109,7 @@ def harmonic(x, parameters):
     parameters: a, omega, phase of each row (3, n, 1), or of each column (3, 1, m) if m > 1. The sine has the digits of
     `sine`.
     """
-    _widest()
+    widest()
     rows, columns = x.shape
     of_rows, far = parameters.shape[2] == 1, 0
     for i in range(rows):

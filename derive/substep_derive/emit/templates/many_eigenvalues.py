@@ -43,8 +43,7 @@ def _closer(x, y, others, c):
 def _surely_complex(x, y, c):
     """The imaginary part y of a root, or 0 if rounding of the coefficients may move the root as far."""
     _, _, slope, slope_i, size = _value_and_slope(x, y, c)
-    far = 1.84e-15 * size
-    return y if y * y * (slope * slope + slope_i * slope_i) > far * far else 0.0
+    return y if abs(y) * math.sqrt(slope * slope + slope_i * slope_i) > 1.84e-15 * size else 0.0
 
 
 @_inline
@@ -166,14 +165,19 @@ def _end_roots(s):
 def _roots(n, rows, found):
     """Store real and imaginary part of each root in the rows of found.
 
-    By Aberth's iteration in blocks of {width} points side by side, until no root of a block's points moves.
+    By Aberth's iteration in blocks of {width} points side by side, until no root of a block's points moves. Large
+    coefficients are scaled, so that no square of them overflows.
     """
     s = np.ones({scratch_rows} * {width})
     for first in range(0, n, {width}):
         size = min({width}, n - first)
-        for r in range({coefficients}):
-            for j in range(size):
-                s[({first_coefficient} + r) * {width} + j] = rows[(1 + r) * BLOCK + first + j]
+        for j in range(size):
+            largest = 0.0
+            for r in range({coefficients}):
+                largest = max(largest, abs(rows[(1 + r) * BLOCK + first + j]))
+            scale = 2.0**-600 if largest > 2.0**400 else 1.0
+            for r in range({coefficients}):
+                s[({first_coefficient} + r) * {width} + j] = scale * rows[(1 + r) * BLOCK + first + j]
         _start_roots(s)
         for _ in range(200):
             if _closer_roots(s) == 0:

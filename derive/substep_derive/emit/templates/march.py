@@ -17,62 +17,13 @@ of the step: no sum waits for a longer chain of others.
 """
 
 import numpy as np
-from llvmlite import ir
 from numba import njit
-from numba.core import types
-from numba.extending import intrinsic, overload
-
+{imports}
 WIDTH = {width}  # lanes of a block
 BLOCKS = {blocks}  # blocks whose histories are stored side by side, so that rows of many lanes are written in one go
 AHEAD = {ahead}  # steps of one lane whose loads are multiplied by their coefficients before it marches through them
-LARGE = 1 << 20  # numbers of a history that is stored past the caches, which could not hold it
 FAR = 1 << 50  # beyond any index; loops are vectorised if their first index is known to lie from 0 to FAR
 
-'''
-
-STORE = '''
-
-@intrinsic
-def _stream(typing, values, place, row, at):
-    """Store eight numbers from row[at] on past the caches, from values[place] on, which begins a cache line."""
-
-    def lower(context, builder, signature, arguments):
-        eight = ir.VectorType(ir.DoubleType(), 8).as_pointer()
-        to, source = (
-            builder.bitcast(builder.gep(context.make_array(kind)(context, builder, array).data, [index]), eight)
-            for kind, array, index in ((values, *arguments[:2]), (row, *arguments[2:]))
-        )
-        store = builder.store(builder.load(source, align=8), to, align=64)
-        store.set_metadata("nontemporal", builder.module.add_metadata([ir.Constant(ir.IntType(32), 1)]))
-
-    return types.void(values, types.intp, row, types.intp), lower
-
-
-def _store_eight(values, place, row, at):
-    """As `_stream`, in plain Python."""
-    values[place : place + 8] = row[at : at + 8]
-
-
-@overload(_store_eight)
-def _store_eight_compiled(values, place, row, at):
-    return lambda values, place, row, at: _stream(values, place, row, at)
-
-
-@_inner
-def _store(values, place, row, at, size):
-    """Store numbers from row[at] on into values[place] on; past the caches, which a large history would empty.
-
-    Loops are vectorised if it is known that no index is below 0 or beyond FAR.
-    """
-    place, at, size = min(max(place, 0), FAR), min(max(at, 0), FAR), min(max(size, 0), FAR)
-    head = min(-((values.ctypes.data >> 3) + place) & 7, size) if values.size > LARGE else size
-    whole = head + (size - head) // 8 * 8
-    for j in range(head):
-        values[place + j] = row[at + j]
-    for j in range(head, whole, 8):
-        _store_eight(values, place + j, row, at + j)
-    for j in range(whole, size):
-        values[place + j] = row[at + j]
 '''
 
 STRETCH = '''
@@ -80,7 +31,7 @@ STRETCH = '''
 @_inner
 def {name}({arguments}):
     """{docstring}"""
-    _widest()
+    widest()
 {begin}    whole = i + n - n % {steps_at_once}
     for i in range(i, whole, {steps_at_once}):
         for j in range({width}):
@@ -102,7 +53,7 @@ MARCH = '''
 @_inner
 def _own_loads_{K}(s):
     """One step of `_peaks_{K}`, for lanes each of which has its own loads, in the block."""
-    _widest()
+    widest()
     for j in range({width}):
         {xyt} = {at_xyt}
         {f} = {f_of_lane}
@@ -113,7 +64,7 @@ def _own_loads_{K}(s):
 @_inner
 def _history_{K}(s, rows, {F}, i):
     """March a block {steps_at_once} steps from step i on; u, v, a of each step go into rows of BLOCKS blocks."""
-    _widest()
+    widest()
     for j in range({width}):
         {x} = {at_x_in_block}
         for k in range({steps_at_once}):
@@ -149,7 +100,7 @@ def march_{K}(C, x, {F}, forces, start, n, stride, out, peak, begin, end):
                 _history_{K}(blocks[first * {rows} :], rows[first:], {F}, i)
             for r in range(3 * {steps_at_once}):
                 at = (BLOCKS * {rows} + r * BLOCKS) * {width}
-                _store(values, (3 * (i + 1) + r) * lanes + side, blocks, at, beyond - side)
+                store(values, (3 * (i + 1) + r) * lanes + side, blocks, at, beyond - side)
             i += {steps_at_once}
         then = i
         for first in range(side, beyond, {width}):
