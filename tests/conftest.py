@@ -154,10 +154,14 @@ def uncompiled(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 @pytest.fixture
 def plain_functions(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Functions of committed modules, such as a scheme's amplification matrix, as plain Python."""
-    from plain_kernels import committed, itself
+    """Functions of shared modules and of committed ones, such as a scheme's amplification matrix, as plain Python."""
+    from plain_kernels import committed, itself, text_of, uncompiled
 
     from substep.core import eigenvalues, kernel_modules
+    from substep.derived import modules
+
+    printed = modules.eigenvalues_module
+    monkeypatch.setattr(modules, "eigenvalues_module", lambda name: uncompiled(text_of(printed(name))))
 
     monkeypatch.setattr(kernel_modules, "committed", committed)
     monkeypatch.setattr(eigenvalues, "committed", committed)
