@@ -66,7 +66,7 @@ vendor: $(READY)
 	$(BIN)/python -m substep_explorer.vendor
 
 verify: $(TOOLS) $(SITE) $(WHEELS)
-	SUBSTEP_VERIFY=1 $(BIN)/pytest
+	SUBSTEP_VERIFY=1 $(BIN)/pytest -n auto
 
 notebooks: $(TOOLS)
 	$(BIN)/jupytext --to ipynb --execute notebooks/*.py
