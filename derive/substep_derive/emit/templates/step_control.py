@@ -57,8 +57,7 @@ def _factor(size, before, ratio, power):
 def _on_ladder(wanted, held, base, rung, left, dt_min, change):
     """The longest base * rung**k that is at most the wanted length; the one held where a longer one saves too little.
 
-    left: the time to go, in which a longer step has to save more steps than its change costs, which is `change`. And
-    whether it does not.
+    left: the time to go, in which a longer step has to save more than `change` steps. And whether it would save less.
     """
     found = base * rung ** np.floor(np.log(wanted / base) / np.log(rung) + 1e-9)
     if found < dt_min and dt_min <= wanted:
@@ -115,9 +114,7 @@ def _trial(d0, d1, length, fast):
     Where the motion is too small for them, from its length and speed; at complete rest 1e-6 s. It does not depend on
     when the run ends. Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I (1993), II.4.
     """
-    if d0 > 1e-5 and d1 > 1e-5:
-        return 0.01 * d0 / d1
-    return 1e-3 * length / fast if fast > 0.0 else 1e-6
+    return 0.01 * d0 / d1 if d0 > 1e-5 and d1 > 1e-5 else 1e-3 * length / fast if fast > 0.0 else 1e-6
 
 
 @_inner
