@@ -13,7 +13,7 @@ from substep_derive.oscillator.spectrum import rho_infinity_at
 from substep_derive.stability.conditions import conditions
 from substep_kernels.facts import CATALOGUE
 from substep_thesis.derive.region import same_conditions
-from sympy import oo, simplify, sympify
+from sympy import Rational, oo, simplify, sympify
 
 FACTS = ("order", "rho_inf", "critical_Omega", "stable_if")
 
@@ -43,9 +43,12 @@ def test_order(scheme: Scheme, stated: int) -> None:
 
 @stating("rho_inf")
 def test_spectral_radius_at_infinity(scheme: Scheme, stated: Any) -> None:
-    """As a function of the argument that names it, at several values."""
+    """As a function of the argument that names it, at several values of its interval."""
     stated = sympify(stated)
-    points = [{s.name: text} for s in stated.free_symbols for text in ("1/2", "4/5", "1")] or [{}]
+    given = {p.name: p.domain for p in (*scheme.parameters, *(f.argument for f in scheme.families))}
+    ends = [(s.name, given[s.name].start, given[s.name].end) for s in stated.free_symbols]
+    shares = Rational(1, 2), Rational(4, 5), Rational(1)
+    points = [{name: low + share * (high - low)} for name, low, high in ends for share in shares] or [{}]
     for values in points:
         found = rho_infinity_at(Evaluation.at(ParameterSet.of(scheme, None, values)))
         assert found == stated if stated == oo else simplify(found - stated.subs(values)) == 0, values
