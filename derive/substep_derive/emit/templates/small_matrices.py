@@ -2,48 +2,159 @@
 
 SMALL_MATRICES = '''
 
+class _Four(types.Type):
+    """Four numbers, which one instruction takes; LLVM finds few of these by itself where sums run through loops."""
+
+    def __init__(self):
+        super().__init__("four")
+
+
+@register_model(_Four)
+class _Vector(models.PrimitiveModel):
+    def __init__(self, manager, kind):
+        super().__init__(manager, kind, VECTOR)
+
+
+VECTOR, FOUR, ONE = ir.VectorType(ir.DoubleType(), 4), _Four(), ["contract"]
+
+
+def _address(context, builder, kind, values):
+    """Where the four numbers from a place of an array on are."""
+    first = context.make_array(kind)(context, builder, values[0]).data
+    return builder.bitcast(builder.gep(first, [values[1]]), VECTOR.as_pointer())
+
+
+@intrinsic
+def _four(typing, array, place):
+    """The four numbers from a place of a contiguous array on."""
+
+    def lower(context, builder, signature, values):
+        return builder.load(_address(context, builder, array, values), align=8)
+
+    return FOUR(array, types.int64), lower
+
+
+@intrinsic
+def _put(typing, array, place, four):
+    """Put them there."""
+
+    def lower(context, builder, signature, values):
+        builder.store(values[2], _address(context, builder, array, values), align=8)
+        return context.get_dummy_value()
+
+    return types.none(array, types.int64, FOUR), lower
+
+
+@intrinsic
+def _each(typing, number):
+    """One number four times."""
+
+    def lower(context, builder, signature, values):
+        one = builder.insert_element(ir.Constant(VECTOR, ir.Undefined), values[0], ir.IntType(32)(0))
+        return builder.shuffle_vector(one, one, ir.Constant(ir.VectorType(ir.IntType(32), 4), [0] * 4))
+
+    return FOUR(types.float64), lower
+
+
+@intrinsic
+def _number(typing, four, place):
+    """One of the four."""
+    found = types.float64(FOUR, types.int64)
+    return found, lambda context, builder, signature, values: builder.extract_element(*values)
+
+
+def _of_two(build):
+    """An operation on two fours."""
+
+    @intrinsic
+    def operation(typing, a, b):
+        return FOUR(FOUR, FOUR), lambda context, builder, signature, values: build(builder, *values)
+
+    return operation
+
+
+def _of_three(build):
+    """An operation on three fours."""
+
+    @intrinsic
+    def operation(typing, a, b, c):
+        return FOUR(FOUR, FOUR, FOUR), lambda context, builder, signature, values: build(builder, *values)
+
+    return operation
+
+
+def _larger_modulus(builder, a, b):
+    whole = ir.VectorType(ir.IntType(64), 4)
+    size = builder.bitcast(builder.and_(builder.bitcast(b, whole), ir.Constant(whole, [2**63 - 1] * 4)), VECTOR)
+    return builder.select(builder.fcmp_ordered(">", size, a), size, a)
+
+
+_times = _of_two(lambda builder, a, b: builder.fmul(a, b))
+_over = _of_two(lambda builder, a, b: builder.fdiv(a, b))
+_larger = _of_two(_larger_modulus)  # a or |b|
+_unfused = _of_three(lambda builder, a, b, c: builder.fadd(a, builder.fmul(b, c)))  # a + b c, each operation rounded
+_fused = _of_three(  # as one operation, where there is such a one
+    lambda builder, a, b, c: builder.fadd(a, builder.fmul(b, c, flags=ONE), flags=ONE)
+)
+_unlike = _of_three(  # 1 where b is not c
+    lambda builder, a, b, c: builder.select(builder.fcmp_unordered("!=", b, c), ir.Constant(VECTOR, [1.0] * 4), a)
+)
+
+
+@_inline
+def _sum_of(four):
+    """Of the four numbers."""
+    return (_number(four, 0) + _number(four, 1)) + (_number(four, 2) + _number(four, 3))
+
+
 @_inline
 def _scaled(factor, x, out):
-    """factor x. What is done to four numbers at a time, by their addresses, needs no look whether arrays overlap."""
+    """factor x."""
+    f = _each(factor)
     for i in range(0, out.size, 4):
-        y, to = _part(x, i), _part(out, i)
-        a, b, c, d = factor * y[0], factor * y[1], factor * y[2], factor * y[3]
-        to[0], to[1], to[2], to[3] = a, b, c, d
+        _put(out, i, _times(f, _four(x, i)))
 
 
 @_inline
 def _sum(x, factor, y, out):
     """x + factor y."""
+    f = _each(factor)
     for i in range(0, out.size, 4):
-        v, w, to = _part(x, i), _part(y, i), _part(out, i)
-        a, b, c, d = v[0] + factor * w[0], v[1] + factor * w[1], v[2] + factor * w[2], v[3] + factor * w[3]
-        to[0], to[1], to[2], to[3] = a, b, c, d
+        _put(out, i, _fused(_four(x, i), f, _four(y, i)))
 
 
 @_inline
 def _divided(x, by):
     """Divide x."""
+    divisor = _each(by)
     for i in range(0, x.size, 4):
-        y = _part(x, i)
-        a, b, c, d = y[0] / by, y[1] / by, y[2] / by, y[3] / by
-        y[0], y[1], y[2], y[3] = a, b, c, d
+        _put(x, i, _over(_four(x, i), divisor))
 
 
 @_inline
 def _zero(out):
     """0."""
+    zero = _each(0.0)
     for i in range(0, out.size, 4):
-        to = _part(out, i)
-        to[0], to[1], to[2], to[3] = 0.0, 0.0, 0.0, 0.0
+        _put(out, i, zero)
+
+
+@_inline
+def _beside(x, place):
+    """The number there four times, or with lanes those of four lanes from there on."""
+    if LANES > 1:
+        found = _four(x, place)
+    else:
+        found = _each(_part(x, place)[0])
+    return found
 
 
 @_inline
 def _loaded(factors, first, x, out):
     """Subtract of each lane its factor, the first of which has this number, times x."""
+    minus = _each(-1.0)
     for i in range(0, out.size, 4):
-        f, v, to = _part(factors, first + i % LANES), _part(x, i), _part(out, i)
-        a, b, c, d = to[0] - f[0] * v[0], to[1] - f[APART] * v[1], to[2] - f[2 * APART] * v[2], to[3]
-        to[0], to[1], to[2], to[3] = a, b, c, d - f[3 * APART] * v[3]
+        _put(out, i, _fused(_four(out, i), _times(minus, _beside(factors, first + i % LANES)), _four(x, i)))
 
 
 @_inner
@@ -65,17 +176,12 @@ def _combine(row, X, count, out):
 def _add_product(matrices, q, factor, x, out):
     """Add factor times the product of the matrix q with x."""
     (every, places_of, values), rows = matrices, matrices[0].shape[1]
-    first, places = _part(every, q * rows), _part(places_of, 0)
+    first, places, f = _part(every, q * rows), _part(places_of, 0), _each(factor)
     for r in range(rows - 1):
-        row = _part(out, 4 * r)
-        a, b, c, d = row[0], row[1], row[2], row[3]
+        total = _four(out, 4 * r)
         for p in range(first[r], first[r + 1]):
-            entry, y = _part(values, 4 * p), _part(x, places[p])
-            a += factor * y[0] * entry[0]
-            b += factor * y[APART] * entry[1]
-            c += factor * y[2 * APART] * entry[2]
-            d += factor * y[3 * APART] * entry[3]
-        row[0], row[1], row[2], row[3] = a, b, c, d
+            total = _fused(total, _times(f, _beside(x, places[p])), _four(values, 4 * p))
+        _put(out, 4 * r, total)
 
 
 @_rounded
@@ -83,19 +189,17 @@ def _elongations(B, u, out):
     """B u, to the bit as SciPy has it."""
     first, columns, entries = _part(B[0], 0), _part(B[1], 0), _part(B[2], 0)
     for s in range(B[0].size - 1):
-        row = _part(out, s * LANES)
-        for lane in range(0, LANES, WIDE):
-            a = b = c = d = 0.0
+        if LANES > 1:
+            for lane in range(0, LANES, 4):
+                total = _each(0.0)
+                for k in range(first[s], first[s + 1]):
+                    total = _unfused(total, _each(entries[k]), _four(u, columns[k] * LANES + lane))
+                _put(out, s * LANES + lane, total)
+        else:
+            found = 0.0
             for k in range(first[s], first[s + 1]):
-                entry, y = entries[k], _part(u, columns[k] * LANES + lane)
-                a += entry * y[0]
-                if LANES > 1:
-                    b += entry * y[1]
-                    c += entry * y[2]
-                    d += entry * y[3]
-            row[lane] = a
-            if LANES > 1:
-                row[lane + 1], row[lane + 2], row[lane + 3] = b, c, d
+                found += entries[k] * _part(u, columns[k])[0]
+            _part(out, s)[0] = found
 
 
 @_inline
@@ -104,31 +208,27 @@ def _spread(B, q, out):
     first, columns, entries = _part(B[0], 0), _part(B[1], 0), _part(B[2], 0)
     for s in range(B[0].size - 1):
         for k in range(first[s], first[s + 1]):
-            entry, x, y = entries[k], _part(q, s * LANES), _part(out, columns[k] * LANES)
-            for lane in range(0, LANES, WIDE):
-                if LANES > 1:
-                    a, b, c = y[lane + 1] + entry * x[lane + 1], y[lane + 2] + entry * x[lane + 2], y[lane + 3]
-                    y[lane], y[lane + 1], y[lane + 2] = y[lane] + entry * x[lane], a, b
-                    y[lane + 3] = c + entry * x[lane + 3]
-                else:
-                    y[0] += entry * x[0]
+            if LANES > 1:
+                for lane in range(0, LANES, 4):
+                    to = columns[k] * LANES + lane
+                    _put(out, to, _fused(_four(out, to), _each(entries[k]), _four(q, s * LANES + lane)))
+            else:
+                _part(out, columns[k])[0] += entries[k] * _part(q, s)[0]
 
 
 @_inline
 def _largest(x, out):
     """The largest moduli (LANES,); NaN where a number is not finite."""
+    zero, one = _each(0.0), _each(1.0)
     for lane in range(0, ROW, 4):
-        a = b = c = d = lost_a = lost_b = lost_c = lost_d = 0.0
+        most, lost = zero, zero
         for i in range(lane, x.size, ROW):
-            y = _part(x, i)
-            a, b, c, d = max(a, abs(y[0])), max(b, abs(y[1])), max(c, abs(y[2])), max(d, abs(y[3]))
-            lost_a, lost_b, lost_c, lost_d = (
-                lost_a + 0.0 * y[0], lost_b + 0.0 * y[1], lost_c + 0.0 * y[2], lost_d + 0.0 * y[3]
-            )
-        a, b, c, d = a + lost_a, b + lost_b, c + lost_c, d + lost_d
+            most, lost = _larger(most, _four(x, i)), _fused(lost, zero, _four(x, i))
+        most = _fused(most, one, lost)
         if LANES > 1:
-            out[lane], out[lane + 1], out[lane + 2], out[lane + 3] = a, b, c, d
+            _put(out, lane, most)
         else:
+            a, b, c, d = _number(most, 0), _number(most, 1), _number(most, 2), _number(most, 3)
             out[0] = max(max(a, b), max(c, d)) + 0.0 * (a + b + c + d)
 
 
@@ -136,17 +236,13 @@ def _largest(x, out):
 def _dot(x, y, out):
     """The inner products (LANES,)."""
     for lane in range(0, ROW, 4):
-        a = b = c = d = 0.0
+        total = _each(0.0)
         for i in range(lane, x.size, ROW):
-            v, w = _part(x, i), _part(y, i)
-            a += v[0] * w[0]
-            b += v[1] * w[1]
-            c += v[2] * w[2]
-            d += v[3] * w[3]
+            total = _fused(total, _four(x, i), _four(y, i))
         if LANES > 1:
-            out[lane], out[lane + 1], out[lane + 2], out[lane + 3] = a, b, c, d
+            _put(out, lane, total)
         else:
-            out[0] = (a + b) + (c + d)
+            out[0] = _sum_of(total)
 
 
 @_inner
@@ -191,19 +287,16 @@ def _factorized(A, order, spans):
 @_inline
 def _less(A, at, x, k, low, high):
     """Subtract from the rows low to high of x (n LANES,) the column of A, from its number `at` on, times the row k."""
-    for lane in range(0, LANES, WIDE):
-        row = _part(x, k * LANES + lane)
-        f = row[0]
-        if LANES > 1:
-            g, p, q = row[1], row[2], row[3]
+    if LANES > 1:
+        minus = _each(-1.0)
+        for lane in range(0, LANES, 4):
+            f = _times(minus, _four(x, k * LANES + lane))
             for i in range(low * LANES + lane, high * LANES, LANES):
-                y, e = _part(x, i), _part(A, at + i)
-                a, b, c, d = y[0] - f * e[0], y[1] - g * e[1], y[2] - p * e[2], y[3] - q * e[3]
-                y[0], y[1], y[2], y[3] = a, b, c, d
-        else:
-            y, e = _part(x, 0), _part(A, at)
-            for i in range(low, high):
-                y[i] -= f * e[i]
+                _put(x, i, _fused(_four(x, i), f, _four(A, at + i)))
+    else:
+        y, e, f = _part(x, 0), _part(A, at), _part(x, k)[0]
+        for i in range(low, high):
+            y[i] -= f * e[i]
 
 
 @_inner
@@ -219,13 +312,12 @@ def _substituted(A, order, spans, exchanged, x):
         _less(A, k * width, x, k, k + 1, ends[2 * k + 1])
     for back in range(n):
         k = n - 1 - back
-        row, pivot = _part(x, k * LANES), _part(A, k * (width + LANES))
-        for lane in range(0, LANES, WIDE):
-            a = row[lane] * pivot[lane]
-            if LANES > 1:
-                b, c, d = row[lane + 1] * pivot[lane + 1], row[lane + 2] * pivot[lane + 2], row[lane + 3]
-                row[lane + 1], row[lane + 2], row[lane + 3] = b, c, d * pivot[lane + 3]
-            row[lane] = a
+        if LANES > 1:
+            for lane in range(0, LANES, 4):
+                here = k * LANES + lane
+                _put(x, here, _times(_four(x, here), _four(A, k * width + here)))
+        else:
+            _part(x, k)[0] *= _part(A, k * (width + 1))[0]
         _less(A, k * width, x, k, ends[2 * k], k)
 
 
@@ -283,11 +375,10 @@ def _renewed(matrices, q, d, lane, B, kept, used):
 @_inline
 def _differ(d, now):
     """Whether any slopes are other ones."""
-    many = 0
+    apart = _each(0.0)
     for i in range(0, d.size, 4):
-        x, y = _part(d, i), _part(now, i)
-        many += (x[0] != y[0]) + (x[1] != y[1]) + (x[2] != y[2]) + (x[3] != y[3])
-    return many > 0
+        apart = _unlike(apart, _four(d, i), _four(now, i))
+    return _sum_of(apart) > 0.0
 
 
 @_inline

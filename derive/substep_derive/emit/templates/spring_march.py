@@ -14,7 +14,8 @@ same in all lanes, in compressed rows.
 """
 
 import numpy as np
-{imports}
+{imports}from numba.extending import models, register_model
+
 # they allocate nothing and count no references to arrays
 _compile = njit(
     cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={{"contract"}}, _nrt=False
@@ -35,7 +36,7 @@ _rounded = njit(
 
 REGULAR = 1e-13  # of the largest pivot so far: what the next one must be more than
 LANES = {lanes}  # structures side by side, one or a multiple of 4
-WIDE, ROW, APART = min(LANES, 4), max(LANES, 4), min(LANES - 1, 1)
+ROW = max(LANES, 4)
 {call}
 
 @intrinsic
