@@ -12,7 +12,7 @@ from pathlib import Path
 import manual
 import pytest
 from declared import BY_NAME, NAMES
-from manual import ledger, markdown, notebooks, picture, reference, scenes, schemes, structures
+from manual import families, ledger, markdown, notebooks, picture, reference, scenes, schemes, structures
 from manual.declarations import declaration
 from matplotlib.figure import Figure
 from plain_kernels import SCENE_BY_NAME
@@ -21,6 +21,7 @@ from substep_derive.declare import scenes as scene_package
 from substep_derive.declare import schemes as scheme_package
 from substep_derive.declare.digest import scene_digest, scheme_digest
 from substep_derive.study.closed_forms import closed_forms
+from substep_derive.study.equivalence import MATRIX, SPECTRUM, equivalences
 from substep_languages.standalone import standalone
 from sympy import latex
 
@@ -45,7 +46,7 @@ def test_every_page_is_in_the_table_of_contents_and_every_entry_is_a_page() -> N
     assert {entry for entry in entries if not entry.startswith("generated/")} == written
     made = {f"generated/{kind}/index" for kind in ("schemes", "scenes", "reference")}
     assert {entry for entry in entries if entry.startswith("generated/")} == made | {
-        "generated/claims", "generated/structures_proved", "generated/notebooks/*",
+        "generated/claims", "generated/families", "generated/structures_proved", "generated/notebooks/*",
     }  # fmt: skip
 
 
@@ -58,7 +59,7 @@ def links(page: Path) -> set[str]:
 
 @pytest.mark.parametrize("page", [*ROOT.glob("*.md"), *DOCS.glob("*.md")], ids=lambda page: page.name)
 def test_every_link_leads_to_a_page(page: Path) -> None:
-    kinds = (schemes, scenes, reference, ledger, structures)
+    kinds = (schemes, scenes, reference, ledger, structures, families)
     made = {f"generated/{name}.md" for kind in kinds for name in kind.pages()}
     assert {x for x in links(page) if x not in made and not (page.parent / x).exists()} == set()
 
@@ -130,6 +131,23 @@ def test_a_scheme_page_holds_closed_forms_and_the_proof(tmp_path: Path, monkeypa
     assert "schemes/newmark.py <../../../generated/substep_kernels/schemes/newmark.py>" in text
     assert f"```c\n{standalone('newmark', 'c')}```\n" in text
     assert (tmp_path / "newmark.svg").exists()
+
+
+def test_the_map_of_families_has_lines_that_do_not_follow_from_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    names = ("newmark", "generalized_alpha", "average_acceleration", "energy_momentum", "hht_alpha", "bathe")
+    found = list(equivalences([BY_NAME[name] for name in names], steps=(1,)))
+    lines = families.members(found)
+    assert lines["generalized_alpha", "newmark"] == lines["newmark", "average_acceleration"] == MATRIX
+    assert lines["newmark", "energy_momentum"] == SPECTRUM
+    assert ("generalized_alpha", "average_acceleration") not in lines  # it is Newmark's
+    assert "bathe" not in {name for pair in lines for name in pair}
+    monkeypatch.setattr(families, "equivalences", lambda steps: found)
+    text = families.page(tmp_path)
+    assert "| [newmark](schemes/newmark.md) `beta = 1/4, gamma = 1/2` | [average_acceleration](schemes/" in text
+    drawn = (tmp_path / families.FIGURE).read_text(encoding="utf-8")
+    assert all(f"<!-- {name} -->" in drawn for name in names[:5])
 
 
 def test_the_page_on_structures_has_verdict_and_energy(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -26,11 +26,11 @@ def sources_digest() -> str:
 
 def write(folder: Path) -> None:
     """Write all pages into the folder, and take out those of a scheme or a scene that is no longer declared."""
-    from . import ledger, notebooks, reference, scenes, schemes, structures  # noqa: PLC0415 (they import SymPy)
+    from . import families, ledger, notebooks, reference, scenes, schemes, structures  # noqa: PLC0415 (they import SymPy)
 
     digest = sources_digest()
     pages: dict[str, Callable[[Path], str]] = {}
-    for kind in (schemes, scenes, reference, ledger, structures):
+    for kind in (schemes, scenes, reference, ledger, structures, families):
         pages |= kind.pages()
     copies = notebooks.copies()
     for path in folder.rglob("*"):

@@ -1,0 +1,110 @@
+"""A page on which scheme is a member of which, and which are the same: found by `substep equivalences`, not typed."""
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from matplotlib.figure import Figure
+from substep_derive.declare.schemes import ALL
+from substep_derive.study.equivalence import MATRIX, SPECTRUM, Equivalence, equivalences
+
+from substep.core.style import COLOURS, styled
+
+from .markdown import code, plain, table
+
+FIGURE = "families.svg"
+PARAMETERS = {scheme.name: len(scheme.parameters) for scheme in ALL}
+STYLES = {MATRIX: "-", SPECTRUM: "--"}
+
+
+def pages() -> dict[str, Callable[[Path], str]]:
+    """Name of a page -> its text."""
+    return {"families": page}
+
+
+def page(folder: Path) -> str:
+    """The figure, and one row for each pair."""
+    found = tuple(equivalences(steps=(1,)))
+    families(found).savefig(folder / FIGURE)
+    lines = [
+        [*(_named(*side) for side in ((e.left, e.left_values), (e.right, e.right_values))), plain(e.kind)]
+        for e in sorted(found, key=lambda e: (e.left, e.right))
+    ]
+    return "\n".join(
+        [
+            "# Map of families", "",
+            "A line leads from a scheme to one that it is at some of its parameters. Solid: amplification matrix and",
+            "state are the same, so that both are one scheme on linear systems; dashed: the spectrum is the same at",
+            "any damping ratio. What follows from other lines has none of its own.", "",
+            f"![Which scheme is a member of which]({FIGURE})", "",
+            "The table also has pairs that are the same without damping only, or at some parameters of both. They were",
+            f"found by solving polynomial equations: {code('substep equivalences')} prints those of all or of some.",
+            "Where values depend on parameters, these are free.", "",
+            *table(("scheme", "is", "in what"), lines),
+        ]
+    )  # fmt: skip
+
+
+def _named(name: str, values: object) -> str:
+    given = ", ".join(f"{k} = {v}" for k, v in dict(values).items() if str(v) != k)  # type: ignore[call-overload]
+    return f"[{name}](schemes/{name}.md)" + (f" {code(given)}" if given else "")
+
+
+def members(found: Iterable[Equivalence]) -> dict[tuple[str, str], str]:
+    """(scheme, member) -> how much they share, where the member is whole, but for what follows from other lines."""
+    every: dict[tuple[str, str], str] = {}
+    for e in found:
+        whole = all(str(v) == k for k, v in e.right_values.items())
+        if whole and e.kind in STYLES and every.get((e.left, e.right)) != MATRIX:
+            every[e.left, e.right] = e.kind
+
+    def follows(one: str, member: str, kind: str) -> bool:
+        """Whether a scheme with fewer parameters than the one and more than the member stands between them."""
+        return any(
+            PARAMETERS[one] > PARAMETERS[c] > PARAMETERS[member]
+            and (kind == SPECTRUM or (every[one, c] == MATRIX == every[c, member]))
+            for c in PARAMETERS
+            if (one, c) in every and (c, member) in every
+        )
+
+    return {pair: kind for pair, kind in every.items() if not follows(*pair, kind)}
+
+
+@styled
+def families(found: Iterable[Equivalence]) -> Figure:
+    """Schemes in columns by their number of parameters, those with most of them first, and lines to their members."""
+    lines = members(found)
+    names = {name for pair in lines for name in pair}
+    columns: dict[int, list[str]] = {}
+    for name, count in PARAMETERS.items():
+        if name in names:
+            columns.setdefault(count, []).append(name)
+    counts = sorted(columns, reverse=True)
+    height = max(map(len, columns.values()))
+    place = {}
+    for x, count in enumerate(counts):
+        column = sorted(columns[count], key=lambda name: _mean(lines, place, name, height))
+        for k, name in enumerate(column):
+            place[name] = (float(x), height * (1.0 - (k + 0.5) / len(column)))
+    figure = Figure(figsize=(11, 0.32 * height + 0.8))
+    axes = figure.subplots()
+    for k, ((one, member), kind) in enumerate(lines.items()):
+        (x0, y0), (x1, y1) = place[one], place[member]
+        axes.plot([x0, x1], [y0, y1], STYLES[kind], color=COLOURS[k % len(COLOURS)], linewidth=1, zorder=1)
+    for name, (x, y) in place.items():
+        box = {"boxstyle": "round,pad=0.25", "facecolor": "white", "edgecolor": "0.6"}
+        axes.text(x, y, name, ha="center", va="center", fontsize=7, bbox=box, zorder=2)
+    titles = {0: "no parameter", 1: "one parameter"}
+    axes.set_xticks(range(len(counts)), [titles.get(count, f"{count} parameters") for count in counts])
+    axes.set_yticks([])
+    axes.set(xlim=(-0.5, len(counts) - 0.5), ylim=(0, height))
+    axes.xaxis.tick_top()
+    axes.tick_params(length=0)
+    for side in axes.spines.values():
+        side.set_visible(False)
+    return figure
+
+
+def _mean(lines: dict[tuple[str, str], str], place: dict[str, tuple[float, float]], name: str, height: int) -> float:
+    """How far down the schemes are that have this one as a member, for lines to cross little."""
+    above = [height - place[one][1] for one, member in lines if member == name and one in place]
+    return sum(above) / len(above) if above else 0.0
