@@ -10,7 +10,7 @@ import pytest
 from matplotlib import rc_context
 
 NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.py"))
-LONG = ("where_methods_fail", "where_contact_fails", "proofs", "inelastic", "constraints")
+LONG = ("where_methods_fail", "where_contact_fails", "proofs", "inelastic", "constraints", "double_pendulum")
 PLAIN = ("chosen_steps",)  # march so few steps with so many kernels that plain Python is done before these are compiled
 
 
@@ -20,7 +20,7 @@ def test_there_are_notebooks() -> None:
 
 
 @pytest.mark.parametrize(
-    "path",  # two compile schemes for long, one proves for some seconds: left to `make verify`
+    "path",  # some compile schemes for long, one proves for some seconds: left to `make verify`
     [pytest.param(p, marks=[pytest.mark.thorough] * (p.stem in LONG)) for p in NOTEBOOKS],
     ids=lambda path: path.stem,
 )

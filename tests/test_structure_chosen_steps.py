@@ -213,7 +213,7 @@ def test_from_rest_the_first_steps_are_not_tiny() -> None:
     M, K = shear_building([2.0, 1.0], [90.0, 40.0])
     r = ss.march(ss.structure(M, K, load=({1: 5.0}, ramp)), "bathe", tol=1e-4, t_end=2.0, account=False)
     assert cost(r).accepted < 150
-    assert r.t[1] >= 1e-4
+    assert r.t[1] > 0.99e-4
     free = ss.structure(M, np.zeros((2, 2)), load=({1: 5.0}, ramp))
     drift = ss.march(free, "bathe", tol=1e-4, t_end=2.0, account=False)
     assert drift.status == "completed"
