@@ -138,9 +138,11 @@ def test_the_map_of_families_has_lines_that_do_not_follow_from_others(
 ) -> None:
     names = ("newmark", "generalized_alpha", "average_acceleration", "energy_momentum", "hht_alpha", "bathe")
     found = list(equivalences([BY_NAME[name] for name in names], steps=(1,)))
-    lines = families.members(found)
+    every = families.whole(found)
+    lines = families.members(every)
     assert lines["generalized_alpha", "newmark"] == lines["newmark", "average_acceleration"] == MATRIX
-    assert lines["newmark", "energy_momentum"] == SPECTRUM
+    assert every["newmark", "energy_momentum"] == SPECTRUM
+    assert families.alike(every)["energy_momentum"] == "average_acceleration"
     assert ("generalized_alpha", "average_acceleration") not in lines  # it is Newmark's
     assert "bathe" not in {name for pair in lines for name in pair}
     monkeypatch.setattr(families, "equivalences", lambda steps: found)
