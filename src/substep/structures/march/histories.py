@@ -323,9 +323,10 @@ def selection(structure: Model, places: list[int]) -> Any:
     every = np.array_equal(columns, np.arange(structure.size))
 
     def select(rows: Array, X: Array | None = None) -> Array:
-        found = rows if every else rows[:, columns]
+        of = rows if X is None else X
+        found = of if every else of[:, columns]
         if X is not None:
-            found = combined(rows, X if every else X[:, columns])
+            found = combined(rows, found)
         if part is None:
             return found
         by_dof = np.moveaxis(found, 1, 0)
