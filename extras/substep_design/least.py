@@ -111,9 +111,11 @@ def least_for_every_radius(n: int, criterion: str, budget: Budget) -> tuple[Leas
 
 
 def _radii(polynomial: Expr) -> list[Algebraic]:
-    """The roots rho_inf inside ]0, 1[ of a polynomial that may vanish identically."""
+    """The roots rho_inf inside ]0, 1[ of a polynomial."""
     p = Poly(polynomial, rho_inf)
-    return [] if p.degree() < 1 else numbers_with(p.as_expr().subs(rho_inf, gamma), high=1)
+    if p.is_zero:
+        raise ArithmeticError("two errors are of one size at every rho_inf, so that none is the least")
+    return numbers_with(p.as_expr().subs(rho_inf, gamma), high=1) if p.degree() else []
 
 
 def _pieces(function: StabilityFunction) -> Iterable[Piece]:

@@ -1,11 +1,12 @@
 """A page on which scheme is a member of which, and which are the same: found by `substep equivalences`, not typed."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from matplotlib.figure import Figure
 from substep_derive.declare.schemes import ALL
 from substep_derive.study.equivalence import MATRIX, SPECTRUM, Equivalence, equivalences
+from sympy import Expr
 
 from substep.core.style import COLOURS, styled
 
@@ -44,8 +45,8 @@ def page(folder: Path) -> str:
     )  # fmt: skip
 
 
-def _named(name: str, values: object) -> str:
-    given = ", ".join(f"{k} = {v}" for k, v in dict(values).items() if str(v) != k)  # type: ignore[call-overload]
+def _named(name: str, values: Mapping[str, Expr]) -> str:
+    given = ", ".join(f"{k} = {v}" for k, v in values.items() if str(v) != k)
     return f"[{name}](schemes/{name}.md)" + (f" {code(given)}" if given else "")
 
 
