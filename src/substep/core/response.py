@@ -76,9 +76,7 @@ class Response:
     last: Callable[[], State] | None = None  # where it stands, as far as the march knows it
     memories: Array | None = None  # (n+1, k) what the laws of the scene remember
     t_events: Array | None = None  # s, where the march was to end at an event: of each the time, NaN without one
-    before: tuple[float, Array] | None = (
-        None  # where its first step began, s, and u, v, a there, if before the first row
-    )
+    before: tuple[float, Array] | None = None  # where its first step began, if before the first row: t, s; u, v, a
     growth: float = math.inf  # the largest energy of a step over that of the start is at most this
 
     @cached_property

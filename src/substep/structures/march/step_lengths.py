@@ -51,7 +51,7 @@ class Lengths:
 
     @property
     def arrays(self) -> dict[str, Array]:
-        """What `recalled` takes: the lengths, and of each the tangents in use."""
+        """What `recall` takes: the lengths, and of each the tangents in use."""
         found = {"lengths": np.array(list(self.known))}
         for j, steps in enumerate(self.known.values()):
             kept = steps
