@@ -14,6 +14,7 @@ from . import (
     jobs_choice,
     jobs_commands,
     jobs_compiling,
+    jobs_constraints,
     jobs_cores,
     jobs_laws,
     jobs_modes,
@@ -46,6 +47,7 @@ JOBS = (
     jobs_modes,
     jobs_choice,
     jobs_laws,
+    jobs_constraints,
 )
 NAMES = tuple(module.NAME for module in JOBS)
 

@@ -216,9 +216,14 @@ def pendulum_batch(name: str, EA: float, a0: tuple[float, float], v0: Array, h: 
     return found.state[:, 0], found.peak
 
 
-def _pendulums(name: str, EA: float, a0: tuple[float, float], v0: Array, h: float, n: int) -> Lanes:
-    scene, own = _pendulum(name, EA, a0)
+def pendulums(own: Any, scene: ss.Scene, v0: Array, h: float, n: int) -> Callable[[], Lanes]:
+    """A call that marches the scene's pendulum of two coordinates from each start velocity across the rod."""
     lanes = len(v0)
     u, v, a = (np.repeat(x[None], lanes, axis=0) for x in (scene.u0, scene.v0, scene.a0))
     v[:, 1] = v0
-    return march_lanes(scene, own, np.full(lanes, h), np.full(lanes, n), start=(u, v, a))
+    return lambda: march_lanes(scene, own, np.full(lanes, h), np.full(lanes, n), start=(u, v, a))
+
+
+def _pendulums(name: str, EA: float, a0: tuple[float, float], v0: Array, h: float, n: int) -> Lanes:
+    scene, own = _pendulum(name, EA, a0)
+    return pendulums(own, scene, v0, h, n)()

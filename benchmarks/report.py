@@ -17,7 +17,7 @@ from rich.table import Table as Grid
 from . import limits, registers, target
 from .job import Goal, Job, Table
 
-PACKAGES = ("substep", "numpy", "numba", "scipy", "sympy", "numbalsoda", "pyyeti", "eqsig", "openseespy")
+PACKAGES = ("substep", "numpy", "numba", "scipy", "sympy", "numbalsoda", "pyyeti", "eqsig", "openseespy", "exudyn")
 
 
 def machine() -> dict[str, Any]:

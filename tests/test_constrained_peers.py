@@ -1,0 +1,31 @@
+"""Constraints and impacts as other programs compute them, in the same steps by the same schemes."""
+
+import numpy as np
+import pytest
+
+import substep as ss
+
+# Exudyn 1.13.6: generalized alpha with spectralRadius 0.8, index 3, 200 steps of 0.01 s; the last positions, m
+EXUDYN = {
+    "rod_pendulum": [0.792198780996654, -0.6102631329085968],
+    "rod_double_pendulum": [-0.4671805508187683, -0.8841619381859143, -1.4367739502814403, -1.1288834936697325],
+}
+# Siconos 4.4.0: MoreauJeanOSI(0.5, 1.0), a ball from 1 m under g = 10, restitution 0.5, steps of 0.007 s; u and v
+SICONOS = {100: (0.25801749999999973, -0.31499999999999817), 150: (0.059383750000000055, -0.3325000000000009)}
+
+
+@pytest.mark.parametrize("name", EXUDYN)
+def test_pendulums_of_rods_are_those_of_exudyn(name: str) -> None:
+    """Positions to rounding, though Newton ends by another criterion."""
+    given = {"L": 1.0, "v0": 0.0} if name == "rod_pendulum" else {}
+    r = ss.march(ss.scene(name, g=9.81, **given), ss.scheme("generalized_alpha", rho_inf=0.8), dt=0.01, t_end=2.0)
+    assert np.abs(r.u[-1] - EXUDYN[name]).max() < 3e-12
+
+
+def test_a_bouncing_ball_is_that_of_siconos() -> None:
+    """Moreau and Jean's scheme, some impacts later."""
+    ball = ss.scene("bouncing_ball", u0=1.0, g=10.0, restitution=0.5)
+    r = ss.march(ball, "average_acceleration", dt=0.007, t_end=1.05)
+    for step, (u, v) in SICONOS.items():
+        assert abs(r.u[step, 0] - u) < 1e-13
+        assert abs(r.v[step, 0] - v) < 1e-13
