@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from declared import BY_NAME
+from scipy.integrate import solve_ivp
 from substep_derive import Contact, DeclarationError, Friction, Scene, rate
 from substep_derive.step.step import Step
 from substep_derive.step.times import impulses_last
@@ -105,6 +106,45 @@ def test_an_oscillator_with_friction_comes_to_rest_where_it_should(name: str) ->
         assert r.memory["pad"][-1] == pytest.approx(-r.u[-1, 0], abs=2e-3)  # what holds it against the spring
         found.append(abs(r.u[-1, 0] - at_rest_after(1.05, 0.1)))
     assert found[1] < 0.2 * 0.025  # of first order
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("mass", [1e-4, 1e4])
+def test_branches_are_found_in_any_unit_of_mass(mass: float) -> None:
+    """Accelerations and forces are compared in the choice of a branch: the mass makes them alike."""
+    for mu in (0.3, 3.0):
+        one, other = (
+            ss.march(ss.scene("sliding_block", m=m, mu=mu, w0=0.3), "average_acceleration", dt=0.01, t_end=1.5)
+            for m in (1.0, mass)
+        )
+        assert other.status == "completed"
+        assert np.allclose(other.u, one.u, rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.usefixtures("uncompiled")
+def test_a_block_that_rocks_keeps_housners_share_of_its_rate_in_each_impact() -> None:
+    """Each impact multiplies the rate by 1 - (3/2) sin(alpha)^2, and between impacts the block turns about a corner."""
+    found, g, b, c, phi0 = {}, 9.81, 0.25, 1.0, 0.1
+    alpha, radius = np.arctan2(b, c), np.hypot(b, c)
+    share = 1 - 1.5 * np.sin(alpha) ** 2
+    fall = solve_ivp(
+        lambda _, x: [x[1], -3 * g / (4 * radius) * np.sin(alpha - x[0])], (0.0, 2.0), [phi0, 0.0], rtol=1e-11,
+        events=lambda _, x: x[0], dense_output=True,
+    )  # fmt: skip
+    (first,), (before,) = fall.t_events[0], fall.y_events[0][:, 1]
+    for h in (0.004, 0.002):
+        r = ss.march("rocking_block", "average_acceleration", dt=h, t_end=0.6)
+        assert r.status == "completed"
+        early = r.t < first - h
+        angle = np.abs(r.u[early, 2] - fall.sol(r.t[early])[0]).max()
+        left = r.memory["left"] > 0
+        after = r.v[np.flatnonzero(r.u[:, 2] < 0)[0] + 1, 2]
+        found[h] = angle, abs(after / before / share - 1)
+        assert left[3 : np.flatnonzero(early)[-1]].all()
+        assert np.abs(r.memory["left_drag"]).max() < r.memory["left"].max()
+    coarse, fine = found.values()
+    assert fine[0] < 0.6 * coarse[0] < 1.2e-4  # of first order: the block falls freely until its corner meets the floor
+    assert fine[1] < 0.6 * coarse[1] < 0.025
 
 
 @pytest.mark.usefixtures("uncompiled")

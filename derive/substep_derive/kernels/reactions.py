@@ -194,25 +194,39 @@ def _rows(w: Writer, k: int, stage: Stage, to: Moving, u: Moving, v: Moving) -> 
     values = held.at(held.expressions, list(to.names), list(speed), to.when)
     rates = held.at(held.drift[0], list(place), list(speed), when)
     c, d = len(scene.constraints), len(scene.contacts)
+    moves = _mobilities(w)
     found = [rates[j] / c_v if held.at_velocities[j] else values[j] / c_u for j in range(c)]
     for j, contact in enumerate(scene.contacts.values(), start=c):
         if contact.restitution is None:
-            found.append(smaller(-values[j] / c_u, unknown[j]))
+            found.append(smaller(-values[j] / c_u, moves[j] * unknown[j]))
             continue
         u0, v0 = (w.components(s) for s in knot(0)[:2])
         ahead = held.at(held.expressions, list(u0 + h * w.instants[at] * v0), list(v0), when)[j]
         before = held.at(held.drift[0], list(u0), list(v0), w.instant(Integer(0)))[j]
-        opens = smaller(-(rates[j] + contact.restitution * before) / c_v, unknown[j])
-        found.append(where_at_least(ahead, Integer(0), opens, unknown[j]))
+        opens = smaller(-(rates[j] + contact.restitution * before) / c_v, moves[j] * unknown[j])
+        found.append(where_at_least(ahead, Integer(0), opens, moves[j] * unknown[j]))
     pressures = dict(zip(map(Symbol, scene.contacts), unknown[c : c + d, :], strict=True))
     for j, friction in enumerate(scene.frictions.values(), start=c + d):
         limit = friction.limit.subs(scene.invariants)
         without = limit.subs(dict.fromkeys(pressures, 0))
         most = (limit - without).expand().subs(pressures) + w.strengths[k] * without
         most = held.at(Matrix([most]), list(place), list(speed), when)[0]
-        force = unknown[j]
-        found.append(larger(force - most, smaller(-rates[j] / c_v, force + most)))
+        low, high = (moves[j] * (unknown[j] + sign * most) for sign in (-1, 1))
+        found.append(larger(low, smaller(-rates[j] / c_v, high)))
     return Matrix(found)
+
+
+def _mobilities(w: Writer) -> list[Expr]:
+    """What makes accelerations comparable with reactions in the choice of a branch: G M^-1 G^T, of diagonals alone.
+
+    With another factor the iteration may take the two ends of a friction in turn. It is taken at t_n.
+    """
+    u0 = list(w.components(knot(0).u))
+    at = w.instant(Integer(0))
+    mass, _ = w.motion.equation(u0, u0, at)
+    G = w.motion.held.directions_at(u0, at)
+    movable = [i for i in range(mass.rows) if mass[i, i] != 0]
+    return [sum((G[j, i] ** 2 / mass[i, i] for i in movable), Integer(0)) for j in range(G.rows)]
 
 
 def pushed(w: Writer, k: int, u: Matrix, at: Expr) -> Assignments:

@@ -1,6 +1,6 @@
 """Bodies that meet a stop, with a pressure that only pushes, and bodies that slide, with friction up to a limit."""
 
-from sympy import Interval, Rational, Symbol
+from sympy import Expr, Integer, Interval, Rational, Symbol, cos, sin
 
 from ..parameter import NOT_NEGATIVE, REAL
 from ..reactions import Contact, Friction
@@ -114,4 +114,50 @@ sliding_block = Scene(
     reference="a block thrown along a floor, on which it slides with the coefficient of friction mu until it rests",
 )
 
-ALL = (mass_on_floor, two_masses_on_floor, impact_oscillator, bouncing_ball, friction_oscillator, sliding_block)
+x, y, phi, c, phi0 = (Symbol(name) for name in ("x", "y", "phi", "c", "phi0"))
+
+
+def _corner(side: int) -> tuple[Expr, Expr]:
+    """Where the block's left (-1) or right (1) lower corner is."""
+    return x + side * b * cos(phi) + c * sin(phi), y + side * b * sin(phi) - c * cos(phi)
+
+
+rocking_block = Scene(
+    "rocking_block",
+    coordinates={x: "m", y: "m", phi: "rad"},
+    kinetic=m * (rate(x) ** 2 + rate(y) ** 2 + (b**2 + c**2) / 3 * rate(phi) ** 2) / 2,
+    potential=m * g * y,
+    contacts={name: Contact(_corner(side)[1], restitution=Integer(0)) for name, side in (("left", -1), ("right", 1))},
+    frictions={
+        f"{name}_drag": Friction(_corner(side)[0], mu * Symbol(name)) for name, side in (("left", -1), ("right", 1))
+    },
+    parameters=(
+        optional(m, 1),
+        optional(g, Rational("9.81")),
+        optional(b, Rational(1, 4)),
+        optional(c, 1),
+        optional(mu, 1, NOT_NEGATIVE),
+        optional(phi0, Rational(1, 10), NOT_NEGATIVE),
+    ),
+    start={
+        x: b * cos(phi0) - c * sin(phi0) - b,
+        y: b * sin(phi0) + c * cos(phi0),
+        phi: phi0,
+        rate(x): 0,
+        rate(y): 0,
+        rate(phi): 0,
+    },
+    length=c,
+    energy_scale=m,
+    reference="Housner 1963, Bull. Seism. Soc. Am. 53: a block of 2b x 2c let go at phi0, which rocks on its corners",
+)
+
+ALL = (
+    mass_on_floor,
+    two_masses_on_floor,
+    impact_oscillator,
+    bouncing_ball,
+    friction_oscillator,
+    sliding_block,
+    rocking_block,
+)
