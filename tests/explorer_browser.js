@@ -47,12 +47,20 @@ const quiet = [
         if (moved) await page.click("#reset-a");
         found.schemes[name] = { moved, messages, values: await page.textContent("#values table tbody tr:first-child td"), stable: await page.textContent("#values table tbody tr:last-child td"), drawn: await drawn() };
     }
+    // by name, synonym and part of a reference, and by what no scheme has
+    found.sought = {};
+    for (const text of ["Crank\u2013Nicolson", "leapfrog", "symplectic Euler", "Gauss", "no such scheme"]) {
+        await page.fill("#find-a", text);
+        await page.keyboard.press("Enter");
+        found.sought[text] = await page.evaluate(() => [byId("a").value, state.a.given, byId("message").textContent, byId("about-a").textContent]);
+    }
+    found.names = await page.evaluate(() => byId("names").children.length);
     // by the keyboard alone: what Tab reaches, in the order of the page, and sliders of the second scheme and of the oscillator
     await page.selectOption("#b", "newmark");
     const stops = () => [...document.querySelectorAll("input, select, button, summary, [tabindex]")].filter((one) => one.checkVisibility()).map((one) => one.id || one.textContent);
     found.stops = await page.evaluate(stops);
     found.reached = [];
-    await page.focus("#a");
+    await page.focus("#find-a");
     for (const _ of found.stops) {
         found.reached.push(await page.evaluate(() => document.activeElement.id || document.activeElement.textContent));
         await page.keyboard.press("Tab");
@@ -86,7 +94,7 @@ const quiet = [
     found.unnamed = await page.evaluate(() => [...document.querySelectorAll("input, select, button, canvas, [role=region]")].filter((one) => !one.labels?.length && !one.getAttribute("aria-label") && !one.getAttribute("aria-labelledby") && !one.textContent.trim()).map((one) => one.id));
     await page.screenshot({ path: path.join(folder, "light.png"), fullPage: true });
     await page.emulateMedia({ colorScheme: "dark" });
-    await page.waitForTimeout(100);
+    await page.waitForFunction(() => charts.radius.options.scales.x.ticks.color === "#ddd", null, { timeout: 5000 }).catch(() => {}); // drawn later
     found.dark = await page.evaluate(() => [getComputedStyle(document.body).backgroundColor, charts.radius.options.scales.x.ticks.color]);
     await page.screenshot({ path: path.join(folder, "dark.png"), fullPage: true });
     // on paper, from a dark browser: light, without controls, no chart wider than its column

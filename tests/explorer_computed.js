@@ -6,6 +6,7 @@ module.exports = ({ SCHEMES, SCENES, march, certified, fractionOf, parametersOf,
     return {
         name, values,
         certificate: found.decided ? String(found.stableUpTo) : found.reason,
+        only_at_points: found.points === true,
         points: Omega.flatMap((x) => xi.map((damping) => {
             const { radius, damping: numerical, period } = stabilityAt(scheme, values, damping, x / (2 * Math.PI));
             return { matrix: scheme.amplification(x, damping, values), numbers: [radius, numerical, period].map(String) };

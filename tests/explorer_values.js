@@ -1,8 +1,8 @@
 // What the explorer's scripts compute, as JSON: run by tests/test_explorer.py with the file of the scripts and requests.
 const fs = require("fs");
 const computed = require("./explorer_computed.js");
-const [file, requests] = process.argv.slice(2);
-const page = new Function(`${fs.readFileSync(file, "utf8")}; return { SCHEMES, SCENES, march, certified, fractionOf, parametersOf, stabilityAt, stateOf, addressOf, initialState, RATIONAL, fieldOf, squareFree, positiveRoots, nearer, bilinear, sumOf, scaled, productOf, firstLost };`)();
+const [file, requests, asked] = process.argv.slice(2);
+const page = new Function(`${fs.readFileSync(file, "utf8")}; return { SCHEMES, SCENES, march, certified, fractionOf, parametersOf, stabilityAt, stateOf, addressOf, initialState, schemesFound, RATIONAL, fieldOf, squareFree, positiveRoots, nearer, bilinear, sumOf, scaled, productOf, firstLost };`)();
 const results = JSON.parse(fs.readFileSync(requests, "utf8")).map((request) => computed(page, request));
 // signs in Q(r), r = sqrt(2): of r^2 - 2 where r is given by (x^2 - 2)(x - 3), and of numbers near 0; 3 r by 2 r + r
 const root = page.fieldOf([-2n, 0n, 1n], [[1n, 1n], [2n, 1n]]).field;
@@ -41,4 +41,6 @@ const address = "#a=newmark&a.beta=0.3&b=generalized_alpha&b.rho_inf=0.5&xi=0.05
 const read = page.stateOf(address);
 const wrong = page.stateOf("#a=nosuch&a.beta=9&b=newmark&b.beta=-1&xi=-1&ratio=x&scene=nosuch&scene.EA=1&quantity=mood&what=1");
 const impossible = ["a=hht_alpha&a.rho_inf=0.25", "b=four_substep&b.gamma=0.41&b.rho_inf=0.5", "b=four_substep&b.gamma=0.39"].map((text) => page.stateOf(`#${text}`).refused);
-console.log(JSON.stringify({ results, signs, rational, roots, lost, again: `#${page.addressOf(read.state)}` === address, refused: read.refused, wrong: wrong.refused, impossible, initial: JSON.stringify(wrong.state.a) === JSON.stringify(page.initialState().a) }));
+const found = JSON.parse(fs.readFileSync(asked, "utf8")).map(page.schemesFound);
+const found_in = ["19", "no such", "\u2013"].map(page.schemesFound);
+console.log(JSON.stringify({ results, found, found_in, signs, rational, roots, lost, again: `#${page.addressOf(read.state)}` === address, refused: read.refused, wrong: wrong.refused, impossible, initial: JSON.stringify(wrong.state.a) === JSON.stringify(page.initialState().a) }));

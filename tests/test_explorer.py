@@ -15,14 +15,12 @@ from typing import Any
 import numpy as np
 import pytest
 from by_hand import SCENES
-from declared import BY_NAME, UNDAMPED
-from declared import NAMES as ALL_NAMES
+from declared import BY_NAME, NAMES, UNDAMPED
 from nonlinear_oracle import history
 from substep_derive import certify
-from substep_derive.package import SCHEMES_ON_FIRST_USE
 from substep_explorer import page as explorer
 from substep_kernels.facts import CATALOGUE
-from sympy import sympify
+from sympy import oo, sympify
 from test_emit import check_stability
 from test_page import Reader
 from test_pairs import PARAMETERS
@@ -58,8 +56,13 @@ DECIDED = (
     ("butcher6", {}, "0.3"),
     ("suzuki", {}, "0"),
     ("suzuki", {"weight": "0.4"}, "0"),
+    ("gssss_v0", {"rho_1": "0.9", "rho_3": "0.2"}, "0.05"),
+    ("bdf_alpha", {"alpha": "-0.4"}, "0.1"),
+    ("zhai", {"psi": "0.4"}, "0.02"),
+    ("adams_moulton4", {}, "0.05"),
 )
-NAMES = [name for name in ALL_NAMES if name not in SCHEMES_ON_FIRST_USE]
+SYNONYMS = sorted({one.split(": ")[0] for s in BY_NAME.values() for one in s.synonyms})
+ASKED = (*NAMES, *SYNONYMS, "Crank\u2013Nicolson", "Verlet", "GeneralizedAlpha", "Wilson's method", "Bathe & Baig")
 ROUNDING = 1e-12  # of the largest value, as in test_pairs
 
 
@@ -97,10 +100,11 @@ def computed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         for name, given, xi in DECIDED
     ]
     (folder / "requests.json").write_text(json.dumps(requests() + decided), encoding="utf-8")
+    (folder / "asked.json").write_text(json.dumps(ASKED), encoding="utf-8")
     scripts = "\n".join(explorer.source(name) for name in (explorer.SCHEMES, *explorer.OWN))
     (folder / "scripts.js").write_text(scripts, encoding="utf-8")
     program = Path(__file__).with_name("explorer_values.js")
-    command = [node, str(program), str(folder / "scripts.js"), str(folder / "requests.json")]
+    command = [node, *map(str, (program, *(folder / name for name in ("scripts.js", "requests.json", "asked.json"))))]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=100)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
@@ -168,11 +172,14 @@ def unloaded(hand: Any) -> np.ndarray:
 
 @pytest.mark.parametrize("scheme", NAMES)
 def test_the_verdict_is_the_certificates(scheme: str, computed: dict[str, Any]) -> None:
-    found, row, constant = of(computed, scheme)[0]["certificate"], CATALOGUE[scheme], BY_NAME[scheme].constant
+    first, row, constant = of(computed, scheme)[0], CATALOGUE[scheme], BY_NAME[scheme].constant
+    found = first["certificate"]
     if constant is not None and constant.number.polynomial.degree() > 8:
         assert found == f"its numbers are of degree {constant.number.polynomial.degree()}, which takes seconds"
-    elif found == "Infinity":
+    elif found == "Infinity" or first["only_at_points"]:
         assert row["critical_Omega"] == "none"
+        expected = {"gauss2": 2 * math.sqrt(3), "gauss3": math.sqrt(10), "lobatto_iiia3": 2 * math.sqrt(3)}
+        assert float(found) == pytest.approx(expected.get(scheme, math.inf), rel=1e-14)  # where the step is -I
     else:
         assert float(found) == pytest.approx(float(sympify(row["critical_Omega"])), rel=1e-14)
 
@@ -185,8 +192,26 @@ def test_the_verdict_is_the_certificates_at_other_parameters(k: int, computed: d
     limit = certificate.critical_Omega
     expected = math.inf if certificate.stable else float(0 if limit is None else sympify(str(limit)))
     assert float(found) == pytest.approx(expected, rel=1e-14)
+    points = [low for low, high, *_ in certificate.multiple if low == high]
+    every_other = bool(points) and len(certificate.intervals) == len(points) + 1 and certificate.intervals[-1][1] == oo
+    assert computed["results"][2 * len(NAMES) + k]["only_at_points"] == every_other
     values = {key: float(x) for key, x in ss.scheme(name, **{k: float(x) for k, x in given.items()}).parameters.items()}
     assert computed["results"][2 * len(NAMES) + k]["values"] == pytest.approx(values, rel=1e-14)
+
+
+def test_a_name_or_synonym_finds_what_the_package_finds(computed: dict[str, Any]) -> None:
+    for asked, found in zip(ASKED, computed["found"], strict=True):
+        names = [one["scheme"] for one in found["named"]]
+        try:
+            assert names == [ss.scheme(asked).name]
+        except ValueError as error:  # of several, or of parameters: the error has the names
+            values = {f"{key}={text}" for one in found["named"] for key, text in one["given"].items()}
+            assert names, asked
+            assert all(part in str(error) for part in {*names, *values}), asked
+    (part,) = (found for asked, found in zip(ASKED, computed["found"], strict=True) if asked == "Bathe & Baig")
+    assert part == {"named": [{"scheme": "bathe", "given": {}}], "others": []}
+    assert {one["scheme"] for one in computed["found_in"][0]["others"]} >= {"houbolt", "wbz_alpha"}  # by references
+    assert computed["found_in"][1:] == [{"named": [], "others": []}] * 2
 
 
 def test_numbers_of_a_field_are_exact(computed: dict[str, Any]) -> None:

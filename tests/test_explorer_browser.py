@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from declared import BY_NAME
 from substep_explorer import page as explorer
 from test_explorer import NAMES, check_functions, check_marches, requests
 
@@ -67,6 +68,18 @@ def test_every_slider_of_every_scheme_moves(scheme: str, seen: dict[str, Any]) -
     assert all(count[0] > 0 for count in found["drawn"].values())
     expected = float(ss.scheme(scheme).spectral_radius(2 * np.pi * 0.1))
     assert float(found["values"]) == pytest.approx(expected, rel=1e-7)  # as many digits as are shown
+
+
+def test_a_scheme_is_found_by_its_synonyms(seen: dict[str, Any]) -> None:
+    sought, several = seen["sought"], "may be central_difference_lagged, central_difference; the first is shown"
+    assert sought["Crank\u2013Nicolson"][:3] == ["average_acceleration", {}, ""]
+    assert "Also called trapezoidal, " in sought["Crank\u2013Nicolson"][3]
+    assert sought["leapfrog"][:3] == ["central_difference_lagged", {}, f"'leapfrog' {several}"]
+    assert sought["symplectic Euler"][:3] == ["tchamwa_wielgosz", {"phi": "1"}, ""]
+    assert "gauss3" in sought["Gauss"][2]
+    assert sought["no such scheme"][0] == sought["Gauss"][0]
+    assert "got 'no such scheme', which no scheme has" in sought["no such scheme"][2]
+    assert seen["names"] == len(NAMES) + sum(len(BY_NAME[name].synonyms) for name in NAMES)
 
 
 def test_a_view_is_cited_by_its_address(seen: dict[str, Any]) -> None:

@@ -46,6 +46,7 @@ def test_a_synonym_is_the_one_scheme_that_has_it(synonym: str, names: list[str])
         "velocity Verlet": "central_difference",
         "Störmer-Verlet": "central_difference",
         "Crank-Nicolson": "average_acceleration",
+        "Crank\u2013Nicolson": "average_acceleration",
         "implicit Euler": "backward_euler",
         "Houbolt's method": "houbolt",
         "Wilson's theta": "wilson_theta",

@@ -70,7 +70,8 @@ function stableAt(F, h, x) {
 }
 
 // Where stability is first lost, for the coefficients of the polynomial of the eigenvalues, polynomials in a variable that
-// grows with Omega: { low, high }, two fractions that enclose it, both 0 if it is lost at once, both null if never.
+// grows with Omega: { low, high }, two fractions that enclose it, both 0 if it is lost at once, both null if never;
+// points: whether it is lost at single points alone, where 1 or -1 is an eigenvalue twice.
 // { doubtful }: the same of a point with two pairs of eigenvalues on the circle, which may be one pair twice: that
 // is left to `certify`.
 function firstLost(F, c) {
@@ -92,6 +93,7 @@ function firstLost(F, c) {
         all = productOf(F, all, divided(F, part, commonDivisor(F, all, part))[0]);
     const roots = positiveRoots(F, all);
     if (!stableAt(F, h, roots.length ? roots[0][0] : [1n, 1n])) return { low: [0n, 1n], high: [0n, 1n] };
+    let lost = { low: null, high: null };
     for (const [low, high] of roots) {
         // whether polynomials vanish together here; whether 1 or -1, whose coefficients in h are `ends`, is an eigenvalue twice
         const vanish = (...polynomials) => {
@@ -99,12 +101,15 @@ function firstLost(F, c) {
             return variations(F, chain, low) > variations(F, chain, high);
         };
         const twice = (ends, already) => (already ? vanish(ends[0]) : vanish(ends[0], ends[1] || []));
-        if (!stableAt(F, h, high) || twice(inner, first) || twice([...inner].reverse(), last)) return nearer(F, all, [low, high]);
+        const ends = !stableAt(F, h, high);
+        if (lost.low === null && (ends || twice(inner, first) || twice([...inner].reverse(), last))) lost = nearer(F, all, [low, high]);
+        if (lost.low !== null) lost.points = !ends;
+        if (ends) return lost;
         // several pairs on the circle: the even and the odd terms of h share a factor of degree two in s^2
         const met = pairs < 2 ? vanish(hurwitz(F, inner, degree - 1), hurwitz(F, inner, degree - 3)) : boundaries.some((p) => vanish(p));
-        if (degree > 3 && met) return { doubtful: nearer(F, all, [low, high]) };
+        if (degree > 3 && met) return lost.low === null ? { doubtful: nearer(F, all, [low, high]) } : { ...lost, points: false };
     }
-    return { low: null, high: null };
+    return lost;
 }
 
 // An interval with one root made so narrow that both ends are the same to more digits than a double holds.
@@ -118,9 +123,9 @@ function nearer(F, p, interval) {
     return { low, high };
 }
 
-// { decided, stableUpTo, reason } at exact values: a fraction of xi, and those of the constant and of the parameters of the
+// { decided, stableUpTo, points, reason } at exact values: a fraction of xi, and those of the constant and of the parameters of the
 // scheme in their order with their field, as parametersOf gives them. stableUpTo: Infinity where stable for every
-// Omega > 0, else the Omega at which stability is first lost. reason: why it is not decided.
+// Omega > 0, else the Omega at which stability is first lost, and `points` as firstLost has it. reason: why it is not decided.
 function certified(scheme, xi, { field, fractions }) {
     const undecided = (reason) => ({ decided: false, reason });
     if (fractions.some((x) => x === null)) return undecided("its numbers are not all in the field of one root");
@@ -129,10 +134,10 @@ function certified(scheme, xi, { field, fractions }) {
     while (!c[0].length) c = c.slice(1);
     const square = c.every((p) => p.every((value, k) => k % 2 === 0 || field.sign(value) === 0));
     if (square) c = c.map((p) => p.filter((_, k) => k % 2 === 0));
-    const { low, doubtful } = firstLost(field, c);
+    const { low, doubtful, points } = firstLost(field, c);
     const number = ([top, bottom]) => (square ? Math.sqrt(Number(top) / Number(bottom)) : Number(top) / Number(bottom));
     if (doubtful) return undecided(`two pairs of eigenvalues may meet on the unit circle at Ω = ${number(doubtful.low)}`);
-    return { decided: true, stableUpTo: low === null ? Infinity : number(low) };
+    return { decided: true, stableUpTo: low === null ? Infinity : number(low), points: points === true };
 }
 
 // Polynomials in Omega with a common factor taken out, from terms in Omega, xi, the constant and the parameters.

@@ -48,81 +48,99 @@ function prepared(scene, p) {
     return problem;
 }
 
-// Carries out a plan on the given vectors: { out, report }. Every vector is x = c + s*z in the unknown z of the next
-// system. Throws an Error where Newton's iteration fails.
+// Carries out a plan on the given vectors: { out, report }. Every vector is x = c + sum of s[j]*z[j] in the unknowns z of
+// the next systems, which are solved together. Throws an Error where Newton's iteration fails.
 function carriedOut(plan, rows, given, problem) {
     const n = given[0].length;
     const vectors = {};
-    plan.given.forEach((name, k) => (vectors[name] = { c: [...given[k]], s: 0 }));
+    plan.given.forEach((name, k) => (vectors[name] = { c: [...given[k]], s: [] }));
     const at = (row) => {
-        const found = { c: new Array(n).fill(0), s: 0 };
+        const found = { c: new Array(n).fill(0), s: [] };
         for (const [name, factor] of Object.entries(row)) {
             addTo(found.c, factor, vectors[name].c);
-            found.s += factor * vectors[name].s;
+            vectors[name].s.forEach((slope, j) => (found.s[j] = (found.s[j] || 0) + factor * slope));
         }
         return found;
     };
     const begin = (k) => {
         const next = rows.operations.slice(k).find(([kind]) => kind === "solve");
-        if (next) vectors[next[1]] = { c: new Array(n).fill(0), s: 1 };
+        if (next) next[1].forEach((name, j) => (vectors[name] = { c: new Array(n).fill(0), s: next[1].map((_, i) => Number(i === j)) }));
     };
     let last = given[0];
     begin(0);
-    rows.operations.forEach(([kind, name, body], k) => {
+    rows.operations.forEach(([kind, names, body], k) => {
         if (kind === "combine") {
-            vectors[name] = at(body);
+            vectors[names] = at(body);
             return;
         }
-        const displaced = [...(body.N || []), ...(body.N_discrete || [])].flatMap((term) => Object.keys(term[term.length - 1]));
-        const moved = vectors[displaced.find((one) => vectors[one].s !== 0)];
-        const z = solvedBalance(body, at, moved, last, problem);
+        const displaced = body.flatMap((one) => [...(one.N || []), ...(one.N_discrete || [])]).flatMap((term) => Object.keys(term[term.length - 1]));
+        const moved = [...new Set(displaced)].map((one) => vectors[one]).filter(({ s }) => s.some((slope) => slope !== 0));
+        const z = solvedBalances(body, at, moved, last, problem);
         for (const vector of Object.values(vectors)) {
-            if (vector.s !== 0) addTo(vector.c, vector.s, z);
-            vector.s = 0;
+            vector.s.forEach((slope, j) => addTo(vector.c, slope, z[j]));
+            vector.s = [];
         }
-        if (moved) last = [...moved.c];
+        if (moved.length) last = [...moved[moved.length - 1].c];
         begin(k + 1);
     });
     return { out: rows.out.map((row) => at(row).c), report: rows.report.map((row) => at(row).c) };
 }
 
-// The unknown z of a system, by Newton's iteration from the displacement `last`, until its correction of the moved
-// displacement is 1e-12 of the scene's length.
-function solvedBalance(body, at, moved, last, problem) {
-    const n = problem.M.length;
-    const known = new Array(n).fill(0);
-    const slope = problem.M.map((row) => row.map(() => 0));
-    for (const name of ["M", "C", "K0"]) {
-        if (!body[name]) continue;
-        const { c, s } = at(body[name]);
-        addTo(known, 1, times(problem[name], c));
-        slope.forEach((row, i) => addTo(row, s, problem[name][i]));
-    }
-    const displaced = (row, z) => {
-        const { c, s } = at(row);
-        addTo(c, s, z);
-        return { u: c, s };
+// The unknowns z of balances by Newton's iteration from the displacement `last`, where the displacements that move can
+// all be there, until its corrections of these are 1e-12 of the scene's length.
+function solvedBalances(bodies, at, moved, last, problem) {
+    const [n, m] = [problem.M.length, bodies.length];
+    const zeros = () => Array.from({ length: m }, () => new Array(n).fill(0));
+    const shifted = ({ c, s }, z) => {
+        const found = [...c];
+        s.forEach((slope, j) => addTo(found, slope, z[j]));
+        return found;
     };
-    let z = new Array(n).fill(0);
-    if (moved) z = last.map((u, i) => (u - moved.c[i]) / moved.s);
+    // adds factor*matrix to the blocks of a row of systems, each times its slope
+    const spread = (rows, factor, slopes, matrix) => slopes.forEach((slope, j) => slope !== 0 && rows.forEach((row, i) => matrix[i].forEach((entry, k) => (row[j * n + k] += factor * slope * entry))));
+    const linear = bodies.map((body) => {
+        const known = new Array(n).fill(0);
+        const slope = known.map(() => new Array(m * n).fill(0));
+        for (const name of ["M", "C", "K0"].filter((one) => body[one])) {
+            const { c, s } = at(body[name]);
+            addTo(known, 1, times(problem[name], c));
+            spread(slope, 1, s, problem[name]);
+        }
+        return { known, slope };
+    });
+    let z = zeros();
+    if (moved.length >= m) {
+        const by = moved.slice(0, m).map(({ s }) => z.map((_, j) => s[j] || 0));
+        last.forEach((u, i) => solvedSystem(by, moved.slice(0, m).map(({ c }) => u - c[i])).forEach((x, j) => (z[j][i] = x)));
+        if (!z.flat().every(Number.isFinite)) z = zeros();
+    }
     for (let iteration = 0; iteration < 50; iteration++) {
-        const residual = [...known];
-        const jacobian = slope.map((row) => [...row]);
-        addTo(residual, 1, times(slope, z));
-        for (const [w, row] of body.N || []) {
-            const { u, s } = displaced(row, z);
-            addTo(residual, w, problem.force(u));
-            if (s !== 0) problem.tangent(u).forEach((entries, i) => addTo(jacobian[i], w * s, entries));
-        }
-        for (const [w, before, row] of body.N_discrete || []) {
-            const [old, { u, s }] = [displaced(before, z).u, displaced(row, z)];
-            addTo(residual, w, problem.gradient(old, u));
-            problem.gradientSlope(old, u).forEach((entries, i) => addTo(jacobian[i], w * s, entries));
-        }
+        const residual = [];
+        const jacobian = [];
+        bodies.forEach((body, b) => {
+            const wrong = [...linear[b].known];
+            const rows = linear[b].slope.map((row) => [...row]);
+            addTo(wrong, 1, times(rows, z.flat()));
+            for (const [w, row] of body.N || []) {
+                const place = at(row);
+                const u = shifted(place, z);
+                addTo(wrong, w, problem.force(u));
+                if (place.s.some((slope) => slope !== 0)) spread(rows, w, place.s, problem.tangent(u));
+            }
+            for (const [w, before, row] of body.N_discrete || []) {
+                const [old, place] = [shifted(at(before), z), at(row)];
+                const u = shifted(place, z);
+                addTo(wrong, w, problem.gradient(old, u));
+                spread(rows, w, place.s, problem.gradientSlope(old, u));
+            }
+            residual.push(...wrong);
+            jacobian.push(...rows);
+        });
         const change = solvedSystem(jacobian, residual).map((x) => -x);
-        addTo(z, 1, change);
-        if (!z.every(Number.isFinite)) break;
-        if (Math.max(...change.map(Math.abs)) * Math.abs(moved ? moved.s : 0) <= 1e-12 * problem.length) return z;
+        z.forEach((part, j) => addTo(part, 1, change.slice(j * n, (j + 1) * n)));
+        if (!z.flat().every(Number.isFinite)) break;
+        const far = Math.max(0, ...moved.map(({ s }) => s.reduce((sum, slope) => sum + Math.abs(slope), 0)));
+        if (Math.max(...change.map(Math.abs)) * far <= 1e-12 * problem.length) return z;
     }
     throw new Error("Newton's iteration failed");
 }

@@ -124,6 +124,31 @@ function parametersOf(scheme, given) {
     return { values, ...exact };
 }
 
+// A name as substep.core.scheme_names writes it: in small letters with words joined by _, with and without a last word
+// such as method; then the same of GeneralizedAlpha in two words.
+function writtenForms(name) {
+    const apart = name.replace(/(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])/g, "_");
+    return [name, apart].flatMap((text) => {
+        const dashed = text.toLowerCase().replace(/['\u2019]s?/g, "").replace(/[\u2010-\u2015]/g, "-");
+        const plain = dashed.normalize("NFKD").replace(/[^\x20-\x7e]/g, "").replace(/[\W_]+/g, "_").replace(/^_+|_+$/g, "");
+        return [plain, plain.replace(/_(method|scheme|algorithm)$/, "")];
+    });
+}
+
+// What is meant by a name, best first: { named, others }, lists of { scheme, given }. named: schemes of that name, or with
+// that synonym, which may stand for parameters; others: those with the text in their name, a synonym or their reference.
+function schemesFound(text) {
+    const all = Object.values(SCHEMES);
+    for (const asked of writtenForms(text)) {
+        if (Object.hasOwn(SCHEMES, asked)) return { named: [{ scheme: asked, given: {} }], others: [] };
+        const named = all.flatMap(({ name, synonyms }) => synonyms.map((one) => one.split(": ")).filter(([known]) => known === asked).map(([, values]) => ({ scheme: name, given: values ? Object.fromEntries(values.split(", ").map((one) => one.split("="))) : {} })));
+        if (named.length) return { named, others: [] };
+    }
+    const [asked] = writtenForms(text);
+    const within = ({ name, synonyms, reference }) => [name, ...synonyms, reference].some((one) => writtenForms(one)[0].includes(asked));
+    return { named: [], others: asked ? all.filter(within).map(({ name }) => ({ scheme: name, given: {} })) : [] };
+}
+
 // What is wrong with given numbers, each in its interval, all together; empty where nothing is.
 function complaint(scheme, given) {
     for (const p of scheme.parameters)

@@ -76,7 +76,8 @@ function build_parameters(letter) {
         rows.push(slider(`${letter}.${p.name}`, p.name, { ...reach(p, defaults[p.name]), value: "" }, set(p.name, p, cleared)));
     }
     byId(`parameters-${letter}`).replaceChildren(...rows);
-    byId(`about-${letter}`).textContent = declared.reference;
+    const called = declared.synonyms.map((one) => one.replaceAll("_", " ")).join(", ");
+    byId(`about-${letter}`).textContent = declared.reference + (called && `. Also called ${called}`);
     byId(`reset-${letter}`).hidden = rows.length === 0;
 }
 
@@ -95,6 +96,18 @@ function build_scene() {
     byId("scene-parameters").replaceChildren(...inputs);
     byId("quantity").replaceChildren(...quantitiesOf(state.scene).map((name) => element("option", { value: name, textContent: name.replaceAll("_", " ") })));
     byId("about-scene").textContent = SCENES[state.scene].reference;
+}
+
+// Shows what is meant by a name, the first of several, and says what else has it.
+function find(letter) {
+    const box = byId(`find-${letter}`);
+    if (!box.value.trim()) return;
+    const { named, others } = schemesFound(box.value);
+    const [first, ...more] = named.length ? named : others;
+    if (!first) return refuse(box, `Find: expected a scheme's name or a part of one, got '${box.value}', which no scheme has`);
+    state[letter] = first;
+    build();
+    if (more.length) byId("message").textContent = `'${box.value}' may be ${[first, ...more].map(({ scheme }) => scheme).join(", ")}; the first is shown`;
 }
 
 // Every control shows the state.
@@ -146,6 +159,7 @@ function verdict(letter, { scheme, ...exact }) {
     const found = known_verdicts.get(key);
     if (!found.decided) return `not decided in the page: ${found.reason}; substep certify ${scheme.name} decides it`;
     if (found.stableUpTo === Infinity) return "for every Ω > 0, proved";
+    if (found.points) return `for every Ω > 0 but single ones, from ${shown(found.stableUpTo, 8)} on, where an eigenvalue on the circle is double, proved`;
     return found.stableUpTo === 0 ? "unstable for small Ω, proved" : `for 0 < Ω < ${shown(found.stableUpTo, 8)}, then lost, proved`;
 }
 
@@ -280,8 +294,11 @@ function begin() {
     for (const letter of LETTERS) {
         byId(letter).append(...Object.keys(SCHEMES).map((name) => element("option", { value: name, textContent: name })));
         byId(letter).addEventListener("change", () => ((state[letter] = { scheme: byId(letter).value, given: {} }), build()));
+        byId(`find-${letter}`).addEventListener("change", () => find(letter));
         byId(`reset-${letter}`).addEventListener("click", () => ((state[letter].given = {}), draw()));
     }
+    const names = Object.values(SCHEMES).flatMap(({ name, synonyms }) => [name, ...synonyms].map((one) => [one.split(": ")[0].replaceAll("_", " "), name]));
+    byId("names").append(...names.map(([value, label]) => element("option", { value, label })));
     byId("scene").append(...Object.entries(MARCHES).map(([name, { title }]) => element("option", { value: name, textContent: title })));
     byId("scene").addEventListener("change", () => {
         Object.assign(state, { scene: byId("scene").value, given: {} });

@@ -17,7 +17,7 @@ from typing import cast
 from sympy import Dummy, Expr, Integer, Symbol, cancel, factor, fraction, sympify
 
 from ..declare.errors import DeclarationError
-from ..declare.scheme import Scheme
+from ..declare.scheme import Balance, Scheme
 from ..declare.symbols import K0, C, K_t, M, N, N_discrete, f, h, knot, knot_of
 from ..step.step import Stage, Step
 from ..step.times import SubStepEnd, passed, sub_step_ends
@@ -43,6 +43,7 @@ class System:
     forces: triples (w, row, tau) of a force at a displacement, which a motion of constant velocity passes tau steps
     after t_n; differences: triples (w, row, row) of a discrete gradient; loads: pairs (w, tau). commits: triples
     (u, v, tau) of rows where a sub-step ends with this system and what the internal force remembers is committed.
+    joined: whether it is solved together with the system after it, whose unknown it reads too.
     """
 
     vector: Symbol
@@ -53,6 +54,7 @@ class System:
     differences: tuple[tuple[Expr, Row, Row], ...] = ()
     loads: tuple[tuple[Expr, Expr], ...] = ()
     commits: tuple[tuple[Row, Row, Expr], ...] = ()
+    joined: bool = False
 
     @property
     def rows(self) -> dict[str, Row]:
@@ -89,9 +91,12 @@ class Plan:
     no_memory: str = ""
 
     @classmethod
-    def of(cls, scheme: Scheme) -> "Plan":
-        """The plan of a step. Raises DeclarationError for coefficients that a plan has no systems for."""
-        return _plan(scheme)
+    def of(cls, scheme: Scheme, together: bool = False) -> "Plan":
+        """The plan of a step. Raises DeclarationError for coefficients that a plan has no systems for.
+
+        It does so for balances that are solved together, too, unless `together` says that their systems may be joined.
+        """
+        return _plan(scheme, together)
 
     @classmethod
     def of_start(cls, scheme: Scheme) -> "Plan | None":
@@ -106,7 +111,7 @@ class Plan:
 
 
 @cache
-def _plan(scheme: Scheme) -> Plan:
+def _plan(scheme: Scheme, together: bool) -> Plan:
     near = scheme.in_doubles
     step = Step.of(near)
     w = _Writer(near, passed(step))
@@ -118,7 +123,7 @@ def _plan(scheme: Scheme) -> Plan:
     for s, e in step.prior.items():
         w.combine(s, e)
     for stage in step.stages:
-        w.balance(stage)
+        w.stage(stage, together)
         w.commit(stage, ends)
     out = {s: w.row(after) for s, after in zip(step.state, step.after, strict=True)}
     report = {kind: w.row(e) for kind, e in zip("uva", step.outputs, strict=False)}
@@ -173,18 +178,25 @@ class _Writer:
             found[self.quotients[den, scaled]] = scale
         return found
 
-    def balance(self, stage: Stage) -> None:
-        """The balance as a system for its z; one whose inertia has matrices in it as two, see the module."""
-        if not stage.alone:
+    def stage(self, stage: Stage, together: bool) -> None:
+        """What moves with the stage's z, then its balances, each as a system for its z."""
+        if not (stage.alone or together):
             raise self._refused(
                 "balances that are solved one after the other",
                 f"{len(stage.z)} that are solved together; take a composite scheme, or march it on a scene",
             )
-        (balance,), (z,) = stage.balances, stage.z
         for s, e in stage.in_z.items():
-            if e.diff(z).free_symbols & set(MATRICES):
-                raise self._refused(f"{s} to depend on {z} by a number", e.diff(z))
+            for z in stage.z:
+                if e.diff(z).free_symbols & set(MATRICES):
+                    raise self._refused(f"{s} to depend on {z} by a number", e.diff(z))
             self.combine(s, e)
+        for balance, z in zip(stage.balances, stage.z, strict=True):
+            self._balance(stage, balance, z)
+            if z != stage.z[-1]:
+                self.operations[-1] = replace(cast(System, self.operations[-1]), joined=True)
+
+    def _balance(self, stage: Stage, balance: Balance, z: Symbol) -> None:
+        """The balance as a system for its z; one whose inertia has matrices in it as two, see the module."""
         forces, differences = self._forces(balance.force)
         loads = tuple((w, cast(Expr, atom.args[0])) for atom, w in self._terms(balance.load))
         system = System(z, {}, self.row(balance.damping), {}, forces, differences, loads)
@@ -192,7 +204,7 @@ class _Writer:
         if not any(coefficient.free_symbols & set(MATRICES) for _, coefficient in terms):
             self.operations.append(replace(system, inertia=dict(terms)))
             return
-        if stage.c_u() != 0 or balance.damping.subs(stage.in_z).has(z):
+        if not stage.alone or stage.c_u() != 0 or balance.damping.subs(stage.in_z).has(z):
             raise self._refused("an explicit balance where its inertia contains matrices", balance.inertia)
         quotients = [(s, self._quotient(coefficient)) for s, coefficient in terms]
         denominators = {den for _, (_, den) in quotients if den is not None}
@@ -219,8 +231,8 @@ class _Writer:
 
         The velocity there is that of the knot, or where the step has none that at which the stage takes the force.
         """
-        (balance,) = stage.balances
-        moves = {s for atom in balance.force.atoms(N) for s in atom.free_symbols}
+        balance = stage.balances[-1]
+        moves = {s for one in stage.balances for atom in one.force.atoms(N) for s in atom.free_symbols}
         system, found = self.operations[-1], []
         for end in (end for end in ends if end.u in moves):
             v = knot((knot_of(end.u) or "")[1]).v

@@ -7,7 +7,6 @@ from substep_derive.declare.catalogue import find_scene
 from substep_derive.declare.schemes import ALL
 from substep_derive.emit.stamp import stamped
 from substep_derive.motion.equations import EquationsOfMotion
-from substep_derive.package import SCHEMES_ON_FIRST_USE
 from substep_derive.written import write
 from substep_languages.languages import TEMPLATES
 
@@ -22,8 +21,7 @@ EXPLORED = ("linear_oscillator", "simple_pendulum", "elastic_pendulum")  # scene
 def package() -> dict[str, str]:
     """Path -> text of the file and of its stamp."""
     explored = (EquationsOfMotion(find_scene(name)) for name in EXPLORED)
-    committed = (scheme for scheme in ALL if scheme.name not in SCHEMES_ON_FIRST_USE)
-    return stamped({"explorer.js": explorer_module(committed, explored)}, *SOURCES)
+    return stamped({"explorer.js": explorer_module(ALL, explored)}, *SOURCES)
 
 
 if __name__ == "__main__":

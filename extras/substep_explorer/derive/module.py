@@ -58,10 +58,11 @@ def explorer_module(schemes: Iterable[Scheme], motions: Iterable[EquationsOfMoti
 def _scheme(scheme: Scheme, text: Text) -> dict[str, Any]:
     values = near_values(ParameterSet.of(scheme, None, {}))
     own = {s.name: text(s) for s in scheme.values}
-    plans = {"step": Plan.of(scheme), "start": Plan.of_start(scheme)}
+    about = {"reference": scheme.reference, "synonyms": scheme.synonyms, "digest": scheme_digest(scheme)}
+    plans = {"step": Plan.of(scheme, together=True), "start": Plan.of_start(scheme)}
     return {
         "name": scheme.name,
-        "about": json.dumps({"reference": scheme.reference, "digest": scheme_digest(scheme)}, ensure_ascii=False),
+        "about": json.dumps(about, ensure_ascii=False),
         "damped": scheme.takes_damping,
         "declared": [_parameter(scheme, k, text) for k in range(len(scheme.parameters))],
         "arguments": ", ".join(own.values()),
@@ -168,12 +169,16 @@ def _quotient(e: Expr, symbols: Sequence[Symbol]) -> str:
 
 def _plan(plan: Plan, text: Text) -> dict[str, Any]:
     """What `substep_derive.emit.plan_module` prints in Python, in JavaScript."""
-    operations = []
+    operations, joined = list[str](), list[System]()
     for o in plan.operations:
         if isinstance(o, Combination):
             operations.append(f'["combine", "{python_name(o.vector)}", {_row(o.row, text)}]')
-        else:
-            operations.append(f'["solve", "{python_name(o.vector)}", {{{_slots(o, text)}}}]')
+            continue
+        joined.append(o)
+        if not o.joined:
+            names = json.dumps([python_name(system.vector) for system in joined])
+            operations.append(f'["solve", {names}, [{", ".join(f"{{{_slots(s, text)}}}" for s in joined)}]]')
+            joined.clear()
     return {
         "given": json.dumps([python_name(s) for s in plan.given]),
         "operations": operations,

@@ -45,7 +45,8 @@ def found(name: str, text: str) -> bool:
 
 def _written(name: str) -> tuple[str, str]:
     """A name in small letters with words joined by _, and the same without a last word such as method."""
-    plain = unicodedata.normalize("NFKD", re.sub("['’]s?", "", name.lower())).encode("ascii", "ignore").decode()
+    dashed = re.sub("[\u2010-\u2015]", "-", re.sub("['’]s?", "", name.lower()))  # of Crank–Nicolson as papers print it
+    plain = unicodedata.normalize("NFKD", dashed).encode("ascii", "ignore").decode()
     written = re.sub(r"[\W_]+", "_", plain).strip("_")
     return written, re.sub("_(method|scheme|algorithm)$", "", written)
 
