@@ -1,6 +1,7 @@
 """Plan -> text of the module that says what a step computes on a structure: plain data, evaluated once a run."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from sympy import Expr
 
@@ -8,6 +9,7 @@ from ..declare.digest import scheme_digest
 from ..declare.names import python_name
 from ..declare.scheme import Scheme
 from ..declare.symbols import h
+from ..kernels.reactions import why_no_contact
 from ..motion.plan import Combination, Plan, Row, System
 from .printing import KERNEL_PRINTER, docstring, fill, literal_tuple
 from .templates.plan import PLAN_FUNCTION, PLAN_HEADER
@@ -18,6 +20,10 @@ def plan_module(scheme: Scheme, source: str) -> str:
     """Text of a scheme's plan. Raises DeclarationError for coefficients that a plan has no systems for."""
     inside = scheme.in_kernels
     plan, start = Plan.of(inside), Plan.of_start(inside)
+    reasons = [why_no_contact(scheme, restitution=restitution) for restitution in (False, True)]
+    if all(reasons):
+        operations = (replace(o, contact=None) if isinstance(o, System) else o for o in plan.operations)
+        plan = replace(plan, operations=tuple(operations))
     arguments = ", ".join([h.name, *(s.name for s in inside.values)])
     text = fill(BANNER, source=source, digest=scheme_digest(scheme)) + fill(
         PLAN_HEADER,
@@ -26,6 +32,8 @@ def plan_module(scheme: Scheme, source: str) -> str:
         parameters=literal_tuple(repr(s.name) for s in scheme.values),
         state=literal_tuple(repr(python_name(s)) for s in plan.given),
         no_memory=repr(plan.no_memory),
+        no_contact=repr(reasons[0]),
+        no_restitution=repr(reasons[1]),
     )
     text += _function("step", "A step from t_n to t_n + h.", arguments, plan)
     if start is not None:
@@ -91,6 +99,9 @@ def _slots(system: System) -> list[tuple[str, str]]:
         if (commits := system.commits)
         else []
     )
+    if system.contact is not None:
+        u, v, *numbers = system.contact
+        slots.append(("contact", f"({_row(u)}, {_row(v)}, {', '.join(map(_number, numbers))})"))
     return slots + _pairs("f", [(w, _number(tau)) for w, tau in system.loads])
 
 

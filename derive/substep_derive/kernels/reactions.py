@@ -41,7 +41,7 @@ def begin(w: Writer, scheme: Scheme, step: Step) -> None:
     Raises DeclarationError for a scheme whose balances do not move what the scene's reactions hold.
     """
     scene = w.motion.scene
-    if scene.multipliers and (found := _require_holding(scheme, w.motion)):
+    if scene.multipliers and (found := _require_holding(scheme, Asked.by(w.motion))):
         w.holding = tuple(u for u, _ in found.held)
     w.latest = at_start(scene)
     u0 = knot(0).u
@@ -93,34 +93,68 @@ def _first_factors(step: Step, u: Symbol) -> tuple[Expr, Expr, Expr] | None:
     return None if start is None or first.has(N, f, C) else (first.diff(u0), first.diff(v0), first.diff(a0))
 
 
-def _require_holding(scheme: Scheme, motion: EquationsOfMotion) -> Prescribed | None:
+@dataclass(frozen=True)
+class Asked:
+    """What reactions ask of a scheme.
+
+    positions, rates: whether some hold a displacement, or are decided by a velocity. contacts: whether some only push,
+    or are friction; restitution: whether some contact has one. impulsive: whether they are not remembered.
+    """
+
+    positions: bool
+    rates: bool
+    contacts: bool
+    restitution: bool
+    impulsive: bool
+
+    @classmethod
+    def by(cls, motion: EquationsOfMotion) -> "Asked":
+        """Those of a scene."""
+        scene, restitutions = motion.scene, [x.restitution is not None for x in motion.scene.contacts.values()]
+        at_positions = len(scene.constraints) - sum(motion.held.at_velocities) + restitutions.count(False)
+        either = bool(scene.contacts or scene.frictions)
+        return cls(at_positions > 0, by_velocity(motion), either, any(restitutions), scene.impulsive)
+
+
+def why_no_contact(scheme: Scheme, *, restitution: bool) -> str:
+    """Why the scheme takes no contacts of a structure, without restitution or with it; empty where it takes them."""
+    try:
+        _require_holding(scheme, Asked(not restitution, restitution, True, restitution, True))
+    except DeclarationError as error:
+        return str(error)
+    return ""
+
+
+def _require_holding(scheme: Scheme, asked: Asked) -> Prescribed | None:
     """What the scheme makes of constraints at displacements; None where there are none.
 
-    Raises DeclarationError for a scheme whose balances do not move what the scene's reactions hold.
+    Raises DeclarationError for a scheme whose balances do not move what reactions hold.
     """
-    step, scene = Step.of(scheme), motion.scene
+    step = Step.of(scheme)
     if not all(stage.alone for stage in step.stages):
         raise DeclarationError(
             f"{scheme.name} solves balances together: expected balances that are solved one after the other on a scene "
             "with constraints, contacts or friction; take another scheme, or a scene without"
         )
-    if scene.impulsive or by_velocity(motion):
+    explicit = not all(stage.moved for stage in step.stages)
+    if asked.positions and asked.contacts and explicit:
+        raise DeclarationError(
+            f"{scheme.name} is explicit: expected each balance to move the displacement that it takes the force at, so "
+            "that a pressure holds a gap there; take an implicit scheme, give contacts a restitution, or leave them out"
+        )
+    if asked.impulsive or asked.rates:
         impulses(step)
     missing = [s for s in knot(0)[:2] if s not in step.state]
-    if any(contact.restitution is not None for contact in scene.contacts.values()) and (
-        missing or not impulses_last(step)
-    ):
+    if asked.restitution and (missing or not impulses_last(step)):
         raise DeclarationError(
             f"{scheme.name} does not keep the velocity that an impact leaves: expected one that is the same a step "
             "later, of which restitution is a share; take a scheme of one balance, such as average_acceleration"
         )
-    on_positions = len(scene.constraints) - sum(motion.held.at_velocities)
-    on_positions += sum(contact.restitution is None for contact in scene.contacts.values())
-    found = prescribed(scheme) if on_positions else None
-    if found and not all(stage.moved for stage in step.stages):
-        _require_next(step, found, contacts=bool(scene.contacts or scene.frictions))
+    found = prescribed(scheme) if asked.positions else None
+    if found and explicit:
+        _require_next(step, found)
     last, _ = moved(step, step.stages[-1])
-    if last in step.state and (by_velocity(motion) or not found):
+    if last in step.state and (asked.rates or not found):
         raise DeclarationError(
             f"{scheme.name} takes the force at the start of its steps: expected a reaction at a displacement that is "
             "new; take another scheme"
@@ -134,14 +168,9 @@ def _require_holding(scheme: Scheme, motion: EquationsOfMotion) -> Prescribed | 
     return found
 
 
-def _require_next(step: Step, found: Prescribed, *, contacts: bool) -> None:
+def _require_next(step: Step, found: Prescribed) -> None:
     """Raises DeclarationError for an explicit scheme whose balances do not hold later displacements one by one."""
     name, z = step.scheme.name, step.accelerations
-    if contacts:
-        raise DeclarationError(
-            f"{name} is explicit: expected each balance to move the displacement that it takes the force at, so that a "
-            "pressure holds a gap there; take an implicit scheme, or a scene without contacts"
-        )
     forces = {a for b in step.scheme.balances for a in b.force.atoms(N)}
     if beyond := sorted({a for e in step.outputs for a in e.atoms(N)} - forces, key=str):
         raise DeclarationError(

@@ -20,7 +20,7 @@ from ..declare.errors import DeclarationError
 from ..declare.scheme import Balance, Scheme
 from ..declare.symbols import K0, C, K_t, M, N, N_discrete, f, h, knot, knot_of
 from ..step.step import Stage, Step
-from ..step.times import SubStepEnd, passed, sub_step_ends
+from ..step.times import SubStepEnd, impulses, moved, passed, sub_step_ends
 
 MATRICES = (M, C, K0)
 Row = Mapping[Symbol, Expr]  # vector -> its coefficient, a number once h and the parameters are given
@@ -44,6 +44,9 @@ class System:
     after t_n; differences: triples (w, row, row) of a discrete gradient; loads: pairs (w, tau). commits: triples
     (u, v, tau) of rows where a sub-step ends with this system and what the internal force remembers is committed.
     joined: whether it is solved together with the system after it, whose unknown it reads too.
+    contact: where a reaction that the balance is solved for acts, the newest displacement that moves with its force and
+    the velocity there, and the instant; and the share of that reaction in the mean of the step: see
+    `step.times.impulses`. None for what is no balance, and of a scheme whose balances do not move both.
     """
 
     vector: Symbol
@@ -55,6 +58,7 @@ class System:
     loads: tuple[tuple[Expr, Expr], ...] = ()
     commits: tuple[tuple[Row, Row, Expr], ...] = ()
     joined: bool = False
+    contact: tuple[Row, Row, Expr, Expr] | None = None
 
     @property
     def rows(self) -> dict[str, Row]:
@@ -65,9 +69,8 @@ class System:
     def vectors(self) -> set[Symbol]:
         """The vectors that it reads, the unknown included."""
         rows = [*self.rows.values(), *(row for _, row, _ in self.forces)]
-        rows += [row for _, *pair in self.differences for row in pair] + [
-            row for *pair, _ in self.commits for row in pair
-        ]
+        rows += [row for *pair, _ in self.commits for row in pair]
+        rows += [row for _, *pair in self.differences for row in pair] + list((self.contact or ())[:2])
         return {s for row in rows for s in row} | {self.vector}
 
 
@@ -122,9 +125,10 @@ def _plan(scheme: Scheme, together: bool) -> Plan:
         no_memory = str(error)
     for s, e in step.prior.items():
         w.combine(s, e)
-    for stage in step.stages:
+    for k, stage in enumerate(step.stages):
         w.stage(stage, together)
         w.commit(stage, ends)
+        w.press(step, k)
     out = {s: w.row(after) for s, after in zip(step.state, step.after, strict=True)}
     report = {kind: w.row(e) for kind, e in zip("uva", step.outputs, strict=False)}
     return replace(w.plan(step.state, out, report), no_memory=no_memory)
@@ -240,6 +244,19 @@ class _Writer:
             found.append(({end.u: Integer(1)}, row, self.instants[end.u]))
         if found:
             self.operations[-1] = replace(cast(System, system), commits=tuple(found))
+
+    def press(self, step: Step, k: int) -> None:
+        """Say of the last system, that of the k-th balance, where its reaction acts, if all balances have such."""
+        if not step.stages[k].alone:
+            return
+        try:
+            share = impulses(step).weights[k]
+        except DeclarationError:
+            return
+        u, v = moved(step, step.stages[k])
+        if u in step.unknowns and isinstance(system := self.operations[-1], System):
+            one = Integer(1)
+            self.operations[-1] = replace(system, contact=({u: one}, {v: one}, factor(self.instants[u]), share))
 
     def _forces(self, e: Expr) -> tuple[tuple[tuple[Expr, Row, Expr], ...], tuple[tuple[Expr, Row, Row], ...]]:
         """The terms w N(row), with their instants, and the terms w N(row, row), of an internal force."""

@@ -8,7 +8,9 @@ dictionary vector -> coefficient. An operation is ("combine", vector, row), or (
 slots are rows for M, C and K0, triples (w, row, instant in steps after t_n) for N, triples (w, row, row) for
 N_discrete, pairs (w, instant) for f, and the vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..); commit are
 triples (row of u, row of v, instant) where a sub-step ends with it, at which an internal force with a memory is
-committed. NO_MEMORY: why the scheme takes no such force, empty where it does.
+committed; contact is a row of u and one of v where a reaction of the balance acts, its instant, and its share in the
+mean reaction of the step. NO_MEMORY: why the scheme takes no such force, empty where it does; NO_CONTACT and
+NO_RESTITUTION: why it takes no contacts that hold a gap, or a velocity.
 """
 '''
 
@@ -23,6 +25,8 @@ NAME = "{name}"
 PARAMETERS = {parameters}
 STATE = {state}
 NO_MEMORY = {no_memory}
+NO_CONTACT = {no_contact}
+NO_RESTITUTION = {no_restitution}
 '''
 
 PLAN_FUNCTION = '''
