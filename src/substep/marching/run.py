@@ -172,7 +172,8 @@ def marched(
     state = None if start is None else _on_scene(scene, State.given(start))
     steps = steps_of(dt, tol, t_end, stride=stride, length=scene.length, start=state, chosen=chosen)
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
-    require_decay(scene, scheme)
+    if scene.info.multipliers or scene.info.contacts:
+        require_decay(scene.name, scheme)
     if isinstance(steps, Control):
         return march_adaptive(scene, scheme, steps, bound=bound, start=state and _behind_jump(scene, state))
     n, stride = steps.n, steps.stride
@@ -196,17 +197,18 @@ def marched(
     return _response(scene, scheme, steps, rows, n_done, status, iterations, state, known, growth, memory)
 
 
-def require_decay(scene: Scene, scheme: Scheme) -> None:
+def require_decay(held: str, scheme: Scheme) -> None:
     """Raises ValueError for a scheme that multiplies what a start has wrong, or rounding, on a constraint or contact.
 
     That is by its spectral radius at infinity, as a constraint is an infinitely stiff spring; at any of its parameters.
+    held: what has these.
     """
-    if not (scene.info.multipliers or scene.info.contacts) or scheme.rho_inf is None:
+    if scheme.rho_inf is None:
         return
     radii = np.ravel(scheme.rho_inf)
     if (growing := radii[(radii > 1.0 + 1e-9) & (radii < math.inf)]).size:
         raise ValueError(
-            f"expected a scheme for {scene.name} that damps errors along its constraints, got {scheme.name}, which "
+            f"expected a scheme for {held} that damps errors along its constraints, got {scheme.name}, which "
             f"multiplies them by {growing.max():.4g} in each step; take one with rho_inf <= 1"
         )
 

@@ -17,6 +17,7 @@ from .march.critical import CriticalStep, critical_step
 from .march.march_structure import march_structure
 from .march.response import StructureResponse
 from .model.constraints import independent, transformation
+from .model.contacts import contacts_of
 from .model.equilibrium import equilibrium
 from .model.given import Dof, LoadPair, loads_of, names_of, numbered, place_of
 from .model.given_force import internal_of
@@ -118,6 +119,8 @@ def structure(
     a0: ArrayLike | Literal["consistent"] | None = None,
     fixed: Iterable[Dof] = (),
     constraints: Any = None,
+    contacts: Any = None,
+    restitution: Any = None,
     names: Sequence[str] = (),
     solver: Solver = "auto",
 ) -> Structure:
@@ -142,11 +145,15 @@ def structure(
     u0="static": the displacements in equilibrium with the loads at t = 0, of an internal force by Newton's iteration
     from zero with its tangent. fixed: degrees of freedom held at 0. constraints: T (N, n), the displacements of all as
     T q of those that are independent. names: of all N, for `fixed`, `load` and `dofs`.
+    contacts: a mapping of names to pairs of a row of B (N,), as of a spring, and a gap g0, in the units of u; or of
+    rows (s, N) and gaps (s,). A reaction of that name keeps g0 + B u from becoming negative. restitution: for all of
+    them, or by name, the share of the velocity that closed a gap with which it opens, from 0 to 1: see
+    docs/constraints.md.
     solver: "auto", "dense", "superlu", "pardiso", "cholmod", or a function from a matrix to a function b -> x.
 
     Raises ValueError for both or neither of K and internal_force, for other shapes, complex or not finite entries,
     unknown names, names twice, a load on a fixed degree of freedom, constraints that are dependent or leave nothing
-    free, and a start that violates them.
+    free, a start that violates them, and contacts that are closed beyond 0 at the start or depend on each other.
 
     >>> frame = ss.structure(np.diag([2.0, 1.0]), [[6.0, -2.0], [-2.0, 4.0]], u0=[1.0, 0.0], names=["roof", "floor"])
     >>> u, v, a = ss.march(frame, "bathe", dt=0.1, t_end=1.0).at("roof")
@@ -201,6 +208,10 @@ def structure(
         at_rest = equilibrium(loaded)
         tangent_there = stiffness if internal is None else internal.at_start(at_rest, free["v0"])[0]
         loaded = replace(loaded, u0=at_rest, K=tangent_there, static=True)
+    if touching := contacts_of(contacts, restitution, T, known):
+        loaded = replace(loaded, contacts=touching)
+        touching.require_open(loaded.u0)
+        loaded.pushed  # noqa: B018 (raises for contacts without mass)
     return replace(loaded, C=damping_of(loaded, C))
 
 

@@ -280,7 +280,9 @@ def _check(plan: ScenePlan) -> None:
             for value in (axis.values.min(), axis.values.max()) if known else axis.values:
                 replace(plan.load, **{axis.key: float(value)})  # type: ignore[type-var]
     steps = plan.steps
-    require_decay(plan.scene_of_one, plan.scheme_of_all)  # making them checks them
+    one, scheme = plan.scene_of_one, plan.scheme_of_all  # making them checks them
+    if one.info.multipliers or one.info.contacts:
+        require_decay(one.name, scheme)
     if plan.by_tol:
         _check_chosen(plan)
         return

@@ -27,7 +27,7 @@ from ..run.clock import number_of_steps
 from ..structures.march.compiled import CompiledSteps, kind_of, loads_side_by_side, takes
 from ..structures.march.fixed_steps import FixedSteps
 from ..structures.march.histories import selection
-from ..structures.march.refusals import require_definite_mass, require_suited
+from ..structures.march.refusals import require_definite_mass, require_no_contacts, require_suited
 from ..structures.march.scheme_plan import step_of
 from ..structures.march.steps import Run
 from ..structures.march.time_loop import Stretch, Trial, steps_taken
@@ -226,6 +226,7 @@ def planned_structure(
     plan = StructurePlan(**vars(request), cases=cases, inner=inner, scales=factors, kept=tuple(models[0].kept(dofs)))
     for s in models:
         require_definite_mass(s)
+        require_no_contacts(s, "a sweep", "march them one by one")
     plan.steps  # noqa: B018 (raises for an end that is no multiple of a step)
     for one, h, (first, *_) in map(plan.point, range(math.prod(plan.shape) // (len(cases[0])))):
         require_suited(first, one, h)

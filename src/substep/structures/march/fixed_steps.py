@@ -101,7 +101,8 @@ class FixedSteps:
             self.done += len(step.t)
             return True
         step.march.look(step.X, step.times)
-        if not (self.to_end or math.isfinite(float(step.X[-1].sum()))):
+        last = step.march.steps.systems[-1].place
+        if not (self.to_end or math.isfinite(float(step.X[last].sum()))):
             self.status = "non_finite"
             return False
         self.done += 1

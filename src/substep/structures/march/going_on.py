@@ -32,6 +32,8 @@ def begun(run: Run, steps: ConstantSteps | Control, state: State | None) -> tupl
     if state is None:
         return run, ()
     start, remembered = vectors(run.structure, state), memory_of(run.structure, state)
+    if run.structure.contacts is not None and not state.of:
+        run.structure.contacts.require_open(start[0])
     if isinstance(steps, Control):
         start[2] = _behind_jumps(run.structure, state.t, start, remembered)
         return replace(run, begin=Begin(0, state.t), start=start, remembered=remembered), ()

@@ -51,7 +51,8 @@ class Kept:
     def account(self, rows: int, status: Status, step: str) -> Account | None:
         """The account of the first rows; warns where the scheme has dissipated, or gained, much in steps like that."""
         found = np.concatenate(self.accounts)[:rows] if self.accounts else []
-        return accounted(self.run.scheme, found, status, step, held_at_start(self.run))
+        impacts = self.run.structure.contacts is not None
+        return accounted(self.run.scheme, found, status, step, held_at_start(self.run), impacts=impacts)
 
 
 class Histories(Kept):
@@ -79,6 +80,9 @@ class Histories(Kept):
         self.springs = None if run.memory is None else SpringRows(run, shape[0])
         self.memory = run.memory
         self.of_springs = np.empty((3, 0))  # what `SpringRows.latest` was after the last step
+        self.touched = list[Array]()  # of contacts, reactions and gaps (2, d) in each row
+        if (contacts := run.structure.contacts) is not None:
+            self.touched.append(np.array([np.zeros(contacts.size), contacts.gaps(run.given[0])]))
         self.iterations = np.zeros((asked.n, run.scheme.balances), np.int64)
         self.state: Array | None = None
         self.last: Trial | None = None
@@ -112,6 +116,8 @@ class Histories(Kept):
             energies = energies.after(self.run.structure, both, step.t, step.h, *self._loads(done), memory)
             if kept:
                 self.accounts.append(np.array([energies.row]))
+        if kept and self.touched:
+            self.touched.append(march.touched(X))
         if kept:
             self._put(done // self.stride, self.select(march.steps.report[: self.kinds], X))
         state = combined(march.steps.out, X) if self.saved is not None and own else None
@@ -178,6 +184,7 @@ class Histories(Kept):
             account=self.account(self.kept, status, f"dt = {run.h:g}"),
             springs=None if springs is None else springs.histories(self.kept),
             remembered=None if springs is None else springs.remembered(self.kept),
+            touched=np.array(self.touched[: self.kept]) if self.touched else None,
         )  # fmt: skip
 
     def _checkpoint(self) -> None:

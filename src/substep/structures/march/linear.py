@@ -21,6 +21,7 @@ from ..model.model import Model, sum_of_matrices
 from ..model.rayleigh import Rayleigh
 from ..solvers.combine import add_product, combined
 from ..solvers.matrices import Matrix
+from .pressing import Pressing
 from .scheme_plan import System
 
 SHORT = 100.0  # (m/k) / max(K_ii / M_ii) beyond which the product with K is kept, so that two digits are lost at most
@@ -94,11 +95,11 @@ class LinearSystem:
         """The effective matrix's inverse times b."""
         return self.factors(b / self.scale)
 
-    def put(self, X: Array, load: Array | None, t: float, ahead: int = 0) -> None:
+    def put(self, X: Array, load: Array | None, t: float, ahead: int = 0, pressing: Pressing | None = None) -> None:
         """Put the solution in its place of X (V, n), from the vectors before it; of L cases (V, n, L).
 
         load (n,) or (n, L): the sum of its loads over the scale, which is overwritten. ahead: how many vectors from
-        that place on are rows @ X already: all or none.
+        that place on are rows @ X already: all or none. pressing: contacts, which are then solved for.
         """
         j = self.place
         total = np.zeros(X.shape[1:]) if load is None else load
@@ -110,3 +111,5 @@ class LinearSystem:
             np.add(z, Y[-1], out=X[j])
         else:
             X[j] = z
+        if pressing is not None:
+            pressing.press(X, self.factors, self.scale)

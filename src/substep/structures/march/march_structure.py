@@ -21,7 +21,7 @@ from .fixed_steps import FixedSteps
 from .going_on import begun
 from .histories import ChosenHistories, Histories
 from .newton import Iteration
-from .refusals import require_definite_mass, require_suited, unknown_argument, unsymmetric
+from .refusals import require_definite_mass, require_no_contacts, require_suited, unknown_argument, unsymmetric
 from .response import StructureResponse
 from .step_control import ChosenSteps
 from .steps import Run
@@ -90,6 +90,9 @@ def march_structure(
     scheme = numbers_only(scheme, "substep.sweep takes arrays")
     if tol is not None and (stride != 1 or save is not None):
         raise ValueError("expected stride and save with dt only, got them with tol; keep some dofs, or give dt")
+    for what, given, cure in (("tol=", tol, "give dt"), ("save=", save, "go on from r.state by start=")):
+        if given is not None:
+            require_no_contacts(structure, what, cure)
     state = None if start is None else State.given(start)
     steps = steps_of(dt, tol, t_end, stride=stride, start=state, chosen=chosen)
     require_definite_mass(structure)

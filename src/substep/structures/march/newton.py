@@ -12,9 +12,11 @@ from ..model.internal_force import InternalForce
 from ..model.memory import Memory, Recalled, RememberingForce
 from ..model.model import Model
 from ..solvers.combine import combined
+from ..solvers.complementarity import NotFound
 from ..solvers.factorization import SingularMatrix
 from ..solvers.matrices import Matrix, combination
 from .branches import Branches
+from .pressing import Pressing
 from .scheme_plan import Force, System
 
 TOLERANCE = 1e-12  # of the displacement, relative to its change in the step
@@ -44,7 +46,7 @@ class Tangent(NamedTuple):
     largest: float
 
 
-class NewtonFailed(ArithmeticError):
+class NewtonFailed(NotFound):
     """An iteration that did not converge."""
 
 
@@ -101,12 +103,17 @@ class NonlinearSystem:
         t, at, self.largest = tangent
         self.taken, self.solve = (t, at), self._factorized(t, at)
 
-    def put(self, X: Array, load: Array | None, t: float, ahead: int = 0) -> None:
+    def put(self, X: Array, load: Array | None, t: float, ahead: int = 0, pressing: Pressing | None = None) -> None:
         """Put the unknown in its place of X (V, n), under a load (n,); nothing of it is known ahead.
 
-        Raises NewtonFailed; t is the time at which the force is taken, if it depends on it.
+        pressing: contacts, which are solved for too. Raises NewtonFailed; t is the time at which the force is taken, if
+        it depends on it.
         """
-        X[self.place] = self._solved(X, load, t)
+        if pressing is not None:
+            pressing.begin()
+        X[self.place] = self._solved(X, load, t, pressing)
+        if pressing is not None:
+            pressing.finish(X)
 
     def taken_at(self, X: Array) -> tuple[Array, Array | None]:
         """u and v, None where it takes none, at which a complete X (V, n) has the last of its forces."""
@@ -115,17 +122,19 @@ class NonlinearSystem:
         u, v = (self._at(x, X, X[self.place] if x[self.place] else None) for x in (row, velocity))
         return u, v if velocity.any() else None
 
-    def _solved(self, X: Array, load: Array | None, t: float) -> Array:
+    def _solved(self, X: Array, load: Array | None, t: float, pressing: Pressing | None) -> Array:
         self.before.clear()
         known = self._linear(X) - (0.0 if load is None else load)
         if self.explicit:
             self.count = 0
             if self.solve is None:
                 self.solve = self._factorized()
-            return -self.solve(known + self._force(X, None, t))
-        return self._iterated(X, known, t)
+            z = -self.solve(known + self._force(X, None, t))
+            more = None if pressing is None else pressing.more(X, z, self.solve)
+            return z if pressing is None or more is None else z + pressing.moved @ more
+        return self._iterated(X, known, t, pressing)
 
-    def _iterated(self, X: Array, known: Array, t: float) -> Array:
+    def _iterated(self, X: Array, known: Array, t: float, pressing: Pressing | None) -> Array:
         row, j = self._displaced(), self.place
         reach = abs(float(row[j])) or 1.0
         z = (X[0] - combined(row[None, :j], X[:j])[0]) / row[j] if row[j] else np.zeros(X.shape[1])
@@ -141,8 +150,11 @@ class NonlinearSystem:
                     if self.count == 1 or not isinstance(error.__cause__, SingularMatrix):
                         raise  # at the last good state the structure itself is undetermined
                     break
-            before = residual
-            z, residual, change = self._moved(X, z, -self.solve(residual), residual, known, t)
+            before, change = residual, -self.solve(residual)
+            if pressing is not None and (more := pressing.more(X, z + change, self.solve)) is not None:
+                change, force = change + pressing.moved @ more, pressing.force(more)
+                residual, known = residual + force, known + force
+            z, residual, change = self._moved(X, z, change, residual, known, t)
             size = reach * float(np.abs(change).max())
             u = self._at(row, X, z)
             self.largest = max(self.largest, float(np.abs(u).max()))

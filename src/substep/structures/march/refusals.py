@@ -4,12 +4,13 @@ from collections.abc import Iterable
 
 from ...core.errors import unknown_name
 from ...core.schemes import Scheme
+from ...marching.run import require_decay as require_error_decay
 from ..model.consistency import require_finite_start, require_own_potential, require_own_tangent
 from ..model.model import Model
 from ..model.rayleigh import Rayleigh
 from ..solvers.low_rank import LowRank
 from ..solvers.matrices import asymmetry, indefinite, is_operator
-from .scheme_plan import start_of, step_of, why_no_memory
+from .scheme_plan import start_of, step_of, why_no_contact, why_no_memory
 from .velocity import (
     OF_DISPLACEMENTS,
     damped_at_start,
@@ -35,7 +36,8 @@ def require_suited(structure: Model, scheme: Scheme, h: float) -> None:
     without mass are not for a scheme none of whose balances has K on its unknown: what it computes of them is nothing
     the equation of motion says, or not defined. An internal force without a potential is not for a discrete gradient,
     one without a tangent only for a scheme that takes it where all is known, and one that depends on v only with its
-    derivative by v for a scheme that takes the damping at the start. An internal force has to be finite at the start,
+    derivative by v for a scheme that takes the damping at the start. Contacts are for a scheme whose balances move what
+    their reactions hold, and that damps errors there. An internal force has to be finite at the start,
     and what of its tangent and potential the result depends on has to belong to it.
     """
     require_finite_start(structure)
@@ -66,6 +68,12 @@ def require_suited(structure: Model, scheme: Scheme, h: float) -> None:
                 require_own_tangent(structure, who)
             if any(x.differences for x in systems):
                 require_own_potential(structure, who)
+        if structure.contacts is not None:
+            bouncing = structure.contacts.bouncing
+            for restitution in {bool(x) for x in bouncing}:
+                if why := why_no_contact(one, restitution=restitution):
+                    raise ValueError(why)
+            require_error_decay("a structure with contacts", one)
         if len(structure.massless) and not any(x.linear_stiffness[x.place] for x in systems):
             raise ValueError(
                 f"{who} is explicit: expected mass at each degree of freedom, got none at "
@@ -122,8 +130,18 @@ def require_decay(structure: Model) -> None:
         )
 
 
+def require_no_contacts(structure: Model, what: str, cure: str) -> None:
+    """Raises ValueError for a structure with contacts; what: asked for."""
+    if structure.contacts is not None:
+        raise ValueError(
+            f"expected a structure without contacts for {what}, got contacts {', '.join(structure.contacts.names)}; "
+            f"{cure}"
+        )
+
+
 def require_linear(structure: Model, what: str) -> None:
-    """Raises ValueError for a structure with an internal force, of which the tangent at u0 alone would count."""
+    """Raises ValueError for contacts, and for an internal force, of which the tangent at u0 alone would count."""
+    require_no_contacts(structure, what, "march the structure itself, or make it without")
     if structure.internal is not None:
         raise ValueError(
             f"expected a linear structure for {what}, got one with internal_force or springs, of which it would know "

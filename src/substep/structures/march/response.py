@@ -70,12 +70,14 @@ class StructureResponse(Response):
     dofs: names or numbers of the k columns. a: the scheme's own acceleration, else from the equation of motion, which
     needs all degrees of freedom. account: None where it was not asked for. On a moving base all is relative to it.
     springs: what those of the structure did, None without; remembered: what was committed at each row, if anything is.
+    touched (n+1, 2, d): mean reactions of the steps that end with the rows, and gaps there; None without contacts.
     """
 
     dofs: "tuple[Dof, ...]" = ()
     account: Account | None = None
     springs: SpringHistories | None = None
     remembered: Memory | None = None
+    touched: Array | None = None
 
     @property
     def structure(self) -> Model:
@@ -102,11 +104,24 @@ class StructureResponse(Response):
 
     @property
     def memory(self) -> Mapping[str, Array]:
-        """What was remembered, by name: (n+1, s) of springs, NaN where a law has no such name; (n+1, ...) of states."""
-        force = self.structure.internal
-        return (
-            {} if self.remembered is None or not isinstance(force, RememberingForce) else force.named(self.remembered)
-        )
+        """What was remembered, by name: (n+1, s) of springs, NaN where a law has no such name; (n+1, ...) of states.
+
+        Of each contact the constant reaction (n+1,) that has the impulse of the step, 0 at the start; (n+1, s) of one
+        of several rows.
+        """
+        force, kept = self.structure.internal, self.remembered
+        found = {} if kept is None or not isinstance(force, RememberingForce) else force.named(kept)
+        return {**found, **self._touching(0)}
+
+    @property
+    def gaps(self) -> Mapping[str, Array]:
+        """The gap (n+1,) of each contact, by name, 0 where it is closed; (n+1, s) of one of several rows."""
+        return self._touching(1)
+
+    def _touching(self, which: int) -> dict[str, Array]:
+        """Of contacts the reactions, or the gaps, by name."""
+        contacts = self.structure.contacts
+        return {} if contacts is None or self.touched is None else contacts.by_name(self.touched[:, which])
 
     @property
     def energy_dissipated(self) -> Array:
@@ -142,11 +157,16 @@ class StructureResponse(Response):
         return shear + np.asarray(self.u) @ held[self._places]
 
     def at_times(self, times: Array, u: Array) -> dict[str, Any]:
-        """The account of energy, linear between the rows, so that it stays in balance."""
+        """The account of energy and gaps, linear between the rows, and the reactions of the row before."""
+        more = dict[str, Any]()
+        if self.touched is not None:
+            before = np.clip(np.searchsorted(self.t, times, side="right") - 1, 0, len(self.t) - 1)
+            between = [np.interp(times, self.t, gap) for gap in self.touched[:, 1].T]
+            more["touched"] = np.stack([self.touched[before, 0], np.array(between).T], axis=1)
         if self.account is None:
-            return {}
+            return more
         found = {f.name: np.interp(times, self.t, getattr(self.account, f.name)) for f in fields(self.account)}
-        return {"account": Account(**found)}
+        return {**more, "account": Account(**found)}
 
     @property
     def _last_row(self) -> tuple[Array, Array, Array | None]:
@@ -173,6 +193,9 @@ class StructureResponse(Response):
             found |= {name: History(x, "", name) for name, x in energies.items()}
         if self.springs is not None:
             found["energy_dissipated"] = History(self.energy_dissipated, "", "energy dissipated by springs")
+        for which, kind in enumerate(("reaction", "gap")):
+            of = self._touching(which)
+            found |= {f"{name}_{kind}": History(x, "", f"{kind} of a contact") for name, x in of.items() if x.ndim == 1}
         return Histories(self.t, found, self.dofs, "dof", self._attrs)
 
     @property

@@ -11,6 +11,7 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...core.arrays import Array
 from ...core.kernel_modules import committed
@@ -37,13 +38,23 @@ class Commit(NamedTuple):
     since: float
 
 
+class Touch(NamedTuple):
+    """Where the reaction of a balance acts: rows (4, V) of u and v there, of u where v at t_n leads, and of v at t_n.
+
+    share: of the reaction in the mean of the step.
+    """
+
+    rows: Array
+    share: float
+
+
 @dataclass(frozen=True)
 class System:
     """M inertia + C damping + K0 stiffness + sum of w N(u) + .. = sum of w f(t_n + tau h), rows (V,).
 
     place: of its unknown among the vectors; entries beyond it are 0. balance: whether it is one of the scheme's
     balances, not a quotient of matrices. differences: triples of a discrete gradient between two displacements; loads:
-    pairs (w, tau); commits: where sub-steps end with it.
+    pairs (w, tau); commits: where sub-steps end with it. touch: where a reaction acts that it is solved for.
     """
 
     place: int
@@ -55,6 +66,7 @@ class System:
     differences: tuple[tuple[float, Array, Array], ...]
     loads: tuple[tuple[float, float], ...]
     commits: tuple[Commit, ...] = ()
+    touch: Touch | None = None
 
     @property
     def displacements(self) -> list[Array]:
@@ -96,7 +108,8 @@ class System:
 class Steps:
     """A plan with numbers. given: how many vectors there are before; out: rows of the new state; report: of u, v, a.
 
-    rows: of every vector by its name in the plan. since: from the last commit in the step to its end, s.
+    rows: of every vector by its name in the plan. since: from the last commit in the step to its end, s. accelerations
+    (S,): which of the state are such. more: vectors behind the unknowns.
     """
 
     given: int
@@ -105,11 +118,13 @@ class Steps:
     report: Array
     rows: Mapping[str, Array]
     since: float
+    accelerations: NDArray[np.bool_]
+    more: int = 0
 
     @property
     def vectors(self) -> int:
-        """V, the vectors of the state and the unknowns."""
-        return self.given + len(self.systems)
+        """V, the vectors of the state and the unknowns, and those behind them."""
+        return self.given + len(self.systems) + self.more
 
     @property
     def repeated(self) -> int | None:
@@ -134,7 +149,11 @@ class Steps:
             return np.append(rows[..., :-1] + rows[..., -1:] * row, rows[..., -1:], axis=-1)
 
         every = {name: change(vector) for name, vector in self.rows.items()}
-        return replace(self, out=change(self.out), report=change(self.report), rows=every)
+        *first, last = self.systems
+        if last.touch is not None:
+            last = replace(last, touch=last.touch._replace(rows=change(last.touch.rows)))
+        new = replace(self, out=change(self.out), report=change(self.report), rows=every)
+        return replace(new, systems=(*first, last))
 
 
 def step_of(scheme: Scheme, h: float) -> Steps:
@@ -152,6 +171,12 @@ def start_of(scheme: Scheme, h: float) -> Steps:
 def why_no_memory(scheme: Scheme) -> str:
     """Why the scheme takes no internal force with a memory; empty where it takes one."""
     return _module(scheme).NO_MEMORY
+
+
+def why_no_contact(scheme: Scheme, *, restitution: bool) -> str:
+    """Why the scheme takes no contacts, without restitution or with it; empty where it takes them."""
+    module = _module(scheme)
+    return module.NO_RESTITUTION if restitution else module.NO_CONTACT
 
 
 def _values(scheme: Scheme, module: ModuleType) -> list[float]:
@@ -218,6 +243,10 @@ def _steps(
                 committed.append((row(u), float(instant)))
                 yield Commit(row(u), row(v), h * (instant - last))
 
+    def touch(u: Row, v: Row, instant: float, share: float) -> Touch:
+        at_start = ({"u_0": 1.0, "v_0": h * instant}, {"v_0": 1.0}) if "v_0" in places else ({}, {})
+        return Touch(np.array([row(x) for x in (u, v, *at_start)]), float(share))
+
     systems = []
     for kind, name, body in operations:
         if kind == "combine":
@@ -232,7 +261,9 @@ def _steps(
                 tuple((float(w), row(old), row(new)) for w, old, new in body.get("N_discrete", ())),
                 tuple((float(w), float(tau)) for w, tau in body.get("f", ())),
                 tuple(commits(body.get("commit", ()))),
+                touch(*body["contact"]) if "contact" in body else None,
             )
         )
     made, reported = (np.reshape([row(r) for r in x.values()], (-1, len(places))) for x in (out, report))
-    return Steps(len(given), tuple(systems), made, reported, rows, h * (1.0 - committed[-1][1]))
+    kinds = np.array([name.startswith("a_") for name in out])
+    return Steps(len(given), tuple(systems), made, reported, rows, h * (1.0 - committed[-1][1]), kinds)

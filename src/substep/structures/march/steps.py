@@ -16,6 +16,7 @@ from ..model.model import Model
 from ..solvers.combine import combined
 from .linear import Factors, LinearSystem
 from .newton import Iteration, NonlinearSystem, Tangent
+from .pressing import Pressing, pressed
 from .scheme_plan import Steps, System, start_of
 from .velocity import Watch
 
@@ -25,7 +26,8 @@ class StructureSteps:
     """All systems of a plan on a structure, ready to be solved step by step; repeated: see `Steps`.
 
     watch: what looks at the internal force after a step, if need be. memories: what the internal force remembers at the
-    start of the step and after each of its commits so far; empty where it remembers nothing.
+    start of the step and after each of its commits so far; empty where it remembers nothing. pressings: the contacts in
+    each system, None where there are none.
     """
 
     run: "Run"
@@ -34,6 +36,7 @@ class StructureSteps:
     repeated: int | None
     watch: Watch | None
     memories: list[Memory]
+    pressings: tuple[Pressing | None, ...] = ()
 
     def loads(self, first: int, count: int) -> list[Array]:
         """For each system the sum of w g(t_n + tau h), (count, J), for the J loads and the steps n from `first` on."""
@@ -84,17 +87,26 @@ class StructureSteps:
         """
         shapes, cases, ahead = self.run.shapes, self.run.by_case, len(self.ahead)
         known = self.steps.given if advanced and self.repeated is not None else None
-        for system, solver, values, t in zip(self.steps.systems, self.systems, loads, times, strict=True):
+        solvers = zip(self.steps.systems, self.systems, self.pressings, loads, times, strict=True)
+        for system, solver, pressing, values, t in solvers:
             if system.place == known:
                 continue
             load = None
             if shapes.shape[1] and system.loads:
                 factors = values / solver.scale
                 load = combined(factors[None], shapes.T)[0] if cases is None else shapes @ (factors[:, None] * cases)
-            solver.put(X, load, t, ahead)
+            solver.put(X, load, t, ahead, pressing)
             ahead = 0
             for u, v, since in system.commits if self.memories else ():
                 self._commit(*combined(np.array([u, v]), X), since, t)
+
+    def touched(self, X: Array) -> Array:
+        """Of contacts the mean reactions of a complete step and the gaps at its end, (2, d)."""
+        s = self.run.structure
+        assert s.contacts is not None
+        shares = ((x.touch.share, x.p) for x in self.pressings if x is not None)
+        mean = sum((share * p for share, p in shares), np.zeros(s.contacts.size))
+        return np.array([mean, s.contacts.gaps(combined(self.steps.report[:1], X)[0])])
 
     def commit(self, X: Array, t: float) -> None:
         """Commit what the internal force remembers at the end of a complete step, at the time t, s."""
@@ -189,7 +201,7 @@ class Run:
 
     def prepared(self, steps: Steps) -> StructureSteps:
         """The plan on the structure. Raises ValueError for a singular effective matrix."""
-        repeated, memories = steps.repeated, list[Memory]()
+        before, repeated, memories = steps, steps.repeated, list[Memory]()
         systems = tuple(
             self._system(system, system is steps.systems[-1] and system.place != repeated, memories)
             for system in steps.systems
@@ -198,7 +210,8 @@ class Run:
             if isinstance(solver, LinearSystem):
                 steps = steps.less(solver.rest)
         watch = Watch.of(self.structure, self.scheme, steps)
-        return StructureSteps(self, steps, systems, repeated, watch, memories)
+        steps, pressings = pressed(self.structure, steps, before)
+        return StructureSteps(self, steps, systems, repeated, watch, memories, pressings)
 
     def _system(self, system: System, last: bool, memories: list[Memory]) -> LinearSystem | NonlinearSystem:
         if self.structure.internal is not None and system.displacements:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Protocol
 from ...core.arrays import Array
 from ...core.response import Status
 from ..model.memory import Memory
-from .newton import NewtonFailed
+from ..solvers.complementarity import NotFound
 from .steps import StructureSteps
 
 
@@ -65,7 +65,7 @@ class Clock(Protocol):
         ...
 
     def failed(self, step: Trial) -> None:
-        """Take note that Newton's iteration has not converged in the step."""
+        """Take note that Newton's iteration has not converged in the step, or that reactions were not found."""
         ...
 
 
@@ -77,7 +77,7 @@ def steps_taken(clock: Clock) -> Iterator[Trial | Stretch]:
                 step.march.complete(step.X, step.loads, step.times, advanced=step.advanced)
                 step.march.commit(step.X, step.t)
             counts = clock.accepted(step)
-        except NewtonFailed:
+        except NotFound:
             assert isinstance(step, Trial)
             clock.failed(step)
         else:

@@ -26,6 +26,7 @@ from ..solvers.matrices import (
     is_operator,
     vector,
 )  # fmt: skip
+from .contacts import Contacts
 from .given import Dof, numbered, place_of
 from .internal_force import InternalForce
 from .memory import Memory, Recalled, RememberingForce
@@ -41,7 +42,7 @@ class Model:
     loads: pairs of a vector (n,) and a function of time. u0, v0 (n,). names: of all N degrees of freedom, or empty.
     motions: of the ground, pairs of displacements (N,) for a unit motion of the base, and its acceleration.
     full_mass, full_stiffness: M and K (N, N), the latter None with an internal force. static: whether u0 was asked for
-    as the equilibrium under the loads at t = 0.
+    as the equilibrium under the loads at t = 0. contacts: gaps that reactions keep from closing, if there are any.
     """
 
     M: Matrix
@@ -59,6 +60,7 @@ class Model:
     full_stiffness: Matrix = None
     internal: InternalForce | RememberingForce | None = None
     static: bool = False
+    contacts: Contacts | None = None
 
     @property
     def size(self) -> int:
@@ -192,6 +194,25 @@ class Model:
     def solve_mass(self) -> Callable[[Array], Array]:
         """The factorization of M. Raises ValueError, with the degree of freedom, where it is singular."""
         return self.factorized(self.M, "M, the mass matrix")
+
+    @cached_property
+    def pushed(self) -> Array:
+        """The accelerations (n, d) that unit reactions of its d contacts give, without other forces.
+
+        Raises ValueError for a contact of a degree of freedom without mass, whose reactions have no acceleration.
+        """
+        assert self.contacts is not None
+        forces = self.contacts.forces(self.size)
+        if not len(self.massless):
+            return self.solve_mass(forces)
+        if (bare := self.massless[forces[self.massless].any(axis=1)]).size:
+            raise ValueError(
+                f"expected mass at the degrees of freedom of contacts, got none at {self.named(int(bare[0]))}, which "
+                "impacts would not slow down; give it mass, or a spring between it and the stop"
+            )
+        rest = np.zeros(self.size)
+        plain = replace(self, internal=None)
+        return np.array([plain.acceleration(0.0, rest, rest, force) for force in forces.T]).T
 
     def factorized(self, matrix: Matrix, what: str, part: NDArray[np.intp] | None = None) -> Callable[[Array], Array]:
         """The factorization of a matrix (n, n), or of that of a part of the free degrees of freedom, by their numbers.

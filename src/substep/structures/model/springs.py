@@ -148,7 +148,7 @@ def springs_of(
                 f"expected springs as pairs (row of B, law), got {repr(pair)[:60]}; give a list such as "
                 "[({'roof': 1.0}, ss.law('bilinear', k=1.0, q_y=1.0))]"
             )
-        block = _rows(pair[0], T.shape[0], names)
+        block = rows_of(pair[0], T.shape[0], names)
         count, law = block.shape[0], pair[1]
         for name, x in law.parameters.items():
             if np.shape(x) not in ((), (count,)):
@@ -182,7 +182,7 @@ def _group(members: Sequence[tuple[Law, int, int]]) -> Group:
     return Group(Law(one.name, one.module, MappingProxyType(values), one.source), where)
 
 
-def _rows(given: Any, N: int, names: Sequence[str]) -> Any:
+def rows_of(given: Any, N: int, names: Sequence[str]) -> Any:
     """Rows of B (s, N), sparse."""
     from scipy import sparse  # noqa: PLC0415
 

@@ -1,0 +1,124 @@
+"""Contacts in a step of a structure: the reactions with which a balance is solved, at the knot where u is new.
+
+A balance is solved for its unknown z without reactions, and then for them: z moves by A^-1 B^T c p, A its effective
+matrix, c the factor of z in its inertia, so that p accelerates by M^-1 B^T p, whatever weight the balance gives to
+forces. Of each gap at the displacement that z moves and its reaction p one is 0; with restitution e, where the motion
+from t_n on would close the gap, of the velocity that opens it and p: see docs/constraints.md. That takes d solutions
+with A once for each factorization, and a problem in d unknowns a balance.
+
+Reactions are not remembered: their acceleration, a vector behind the unknowns, is taken off what a step keeps.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ...core.arrays import Array
+from ..model.contacts import Contacts
+from ..model.model import Model
+from ..solvers.complementarity import complementary
+from .scheme_plan import Steps, Touch
+
+Solve = Callable[[Array], Array]
+
+
+@dataclass(eq=False)
+class Pressing:
+    """The contacts of a structure in one balance.
+
+    place: of the unknown among the vectors; at: of the acceleration that the reactions give it. inertia: the factor of
+    the unknown in the inertia. touch: where the reactions act. p (d,): those of the last solution.
+    """
+
+    structure: Model
+    contacts: Contacts
+    place: int
+    at: int
+    inertia: float
+    touch: Touch
+    p: Array = field(default_factory=lambda: np.empty(0))
+    factors: Solve | None = None
+    moved: Array = field(default_factory=lambda: np.empty(0))  # A^-1 B^T c (n, d)
+    compliance: Array = field(default_factory=lambda: np.empty(0))  # B A^-1 B^T c (d, d)
+
+    def begin(self) -> None:
+        """Begin a solution without reactions."""
+        self.p = np.zeros(self.contacts.size)
+
+    def press(self, X: Array, factors: Solve, scale: float = 1.0) -> None:
+        """Solve for the reactions, where the unknown is in its place of X without them; factors: of A over scale."""
+        self.begin()
+        if (more := self.more(X, X[self.place], factors, scale)) is not None:
+            X[self.place] += self.moved @ more
+        self.finish(X)
+
+    def more(self, X: Array, z: Array, factors: Solve, scale: float = 1.0) -> Array | None:
+        """By how much the reactions have to change (d,) where the unknown is z under those so far; None for nothing.
+
+        They are changed. Raises NotFound where there are none.
+        """
+        q = self._free(X, z)
+        if not self.p.any() and (q >= 0.0).all():
+            return None
+        if self.factors is not factors:
+            self.factors = factors
+            self.moved = factors(self.inertia / scale * self.contacts.forces(self.structure.size))
+            self.compliance = self.contacts.rows @ self.moved[self.contacts.columns]
+        found = complementary(q - self.compliance @ self.p, self.compliance, self.p)
+        more, self.p = found - self.p, found
+        return more
+
+    def force(self, more: Array) -> Array:
+        """What reactions add (n,) to the residual's known part."""
+        found = np.zeros(self.structure.size)
+        found[self.contacts.columns] = -self.inertia * (more @ self.contacts.rows)
+        return found
+
+    def finish(self, X: Array) -> None:
+        """Put the acceleration that the reactions give in its place of X."""
+        X[self.at] = self.structure.pushed @ self.p if self.p.any() else 0.0
+
+    def _free(self, X: Array, z: Array) -> Array:
+        """Gaps, or velocities that open them, over what z moves them by (d,); infinite where nothing is to be held."""
+        contacts, j = self.contacts, self.place
+        u, v, ahead, before = (row[:j] @ X[:j, contacts.columns] for row in self.touch.rows)
+        c_u, c_v = (float(row[j]) for row in self.touch.rows[:2])
+        found = np.empty(contacts.size)
+        held, bouncing = ~contacts.bouncing, contacts.bouncing
+        if held.any():
+            gaps = contacts.gaps0 + contacts.rows @ (u + c_u * z[contacts.columns])
+            found[held] = gaps[held] / c_u
+        if bouncing.any():
+            opens = contacts.rows @ (v + c_v * z[contacts.columns])
+            closes = contacts.gaps0 + contacts.rows @ ahead <= 0.0
+            opens += contacts.restitution * (contacts.rows @ before)
+            found[bouncing] = np.where(closes, opens / c_v, np.inf)[bouncing]
+        return found
+
+
+def pressed(structure: Model, steps: Steps, before: Steps) -> tuple[Steps, tuple[Pressing | None, ...]]:
+    """The steps with a vector more for each balance, behind the unknowns, and the contacts in their systems.
+
+    before: the steps as they are without what their last unknown is less by: see `Steps.less`. Accelerations of the new
+    state, and what is reported of a, are without those of reactions.
+    """
+    contacts = structure.contacts
+    touched = [k for k, system in enumerate(steps.systems) if system.touch is not None]
+    if contacts is None or not touched:
+        return steps, (None,) * len(steps.systems)
+    V, places = steps.vectors, [steps.systems[k].place for k in touched]
+    found: list[Pressing | None] = [None] * len(steps.systems)
+    for at, k in enumerate(touched, V):
+        system = steps.systems[k]
+        assert system.touch is not None
+        found[k] = Pressing(structure, contacts, system.place, at, float(system.inertia[system.place]), system.touch)
+
+    def wider(rows: Array, old: Array, of: Array) -> Array:
+        return np.concatenate([rows, np.where(of[:, None], -old[:, places], 0.0)], axis=1)
+
+    none = np.zeros(len(places))
+    every = {name: np.append(row, none) for name, row in steps.rows.items()}
+    reports = np.arange(len(steps.report)) == 2
+    out, report = wider(steps.out, before.out, steps.accelerations), wider(steps.report, before.report, reports)
+    return replace(steps, out=out, report=report, rows=every, more=len(places)), tuple(found)
