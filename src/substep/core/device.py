@@ -10,11 +10,11 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cache
 from importlib import import_module
-from types import ModuleType
 from typing import Any, Literal, get_args
 
 import numpy as np
 
+from ..derived import modules
 from .arrays import Array
 from .errors import unknown_name
 
@@ -30,6 +30,8 @@ RESULTS = {
 SHARED = "samples", "grid"  # arrays that all lanes have in common, whatever their length
 
 _on: ContextVar[bool] = ContextVar("on", default=False)
+_march_of_shape, _peaks_of_filter = cache(modules.march_in_threads), cache(modules.filter_in_threads)
+_march_of_pair, _adaptive_march = cache(modules.pair_in_threads), cache(modules.adaptive_pair)
 
 
 @contextmanager
@@ -130,7 +132,7 @@ def adaptive_march(
     scheme: Any, scene: Any, terms: Any, order: int, always: bool, names: Sequence[str]
 ) -> Callable[..., None]:
     """The march in steps that lanes choose, called as that of the module for a CPU; names: of its arguments."""
-    return _of_lanes(_adaptive_march(scheme, scene, terms, order, always).march, names)
+    return _of_lanes(_adaptive_march(scheme, scene, terms, order, always, threads=True).march, names)
 
 
 def _of_lanes(kernel: Any, names: Sequence[str]) -> Callable[..., None]:
@@ -149,34 +151,6 @@ def _of_lanes(kernel: Any, names: Sequence[str]) -> Callable[..., None]:
                     x[...] = result.copy_to_host()
 
     return march
-
-
-@cache
-def _march_of_shape(name: str, K: int) -> ModuleType:
-    from ..derived.modules import march_in_threads  # noqa: PLC0415 (the one door to SymPy)
-
-    return march_in_threads(name, K)
-
-
-@cache
-def _peaks_of_filter(order: int, followed: int) -> ModuleType:
-    from ..derived.modules import filter_in_threads  # noqa: PLC0415 (the one door to SymPy)
-
-    return filter_in_threads(order, followed)
-
-
-@cache
-def _adaptive_march(scheme: Any, scene: Any, terms: Any, order: int, always: bool) -> ModuleType:
-    from ..derived.modules import adaptive_pair  # noqa: PLC0415 (the one door to SymPy)
-
-    return adaptive_pair(scheme, scene, terms, order, always, threads=True)
-
-
-@cache
-def _march_of_pair(scheme: Any, scene: Any) -> ModuleType:
-    from ..derived.modules import pair_in_threads  # noqa: PLC0415 (the one door to SymPy)
-
-    return pair_in_threads(scheme, scene)
 
 
 def _parts(first: int, last: int, each: float, common: float) -> Iterable[slice]:

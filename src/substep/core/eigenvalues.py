@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ..derived import modules
 from .arrays import Array
 from .kernel_modules import address, addresses, committed, loaded
 from .threads import spread
@@ -70,9 +71,4 @@ def _called(module: ModuleType, all_three: bool) -> tuple[Callable[..., tuple[bo
 
 def eigenvalues_of(name: str) -> ModuleType:
     """The module that finds eigenvalues: committed, or printed on first use for an own scheme with more of them."""
-    found = committed(f"shared.{name}")
-    if found is None:
-        from ..derived.modules import eigenvalues_module  # noqa: PLC0415 (the one door to SymPy)
-
-        found = eigenvalues_module(name)
-    return found
+    return committed(f"shared.{name}") or modules.eigenvalues_module(name)

@@ -83,17 +83,17 @@ class SchemeInfo:
     parameters: Mapping[str, ParameterInfo] = field(compare=False)
     families: Mapping[str, FamilyInfo] = field(compare=False)
     fixed: Mapping[str, float] = field(compare=False)
+    decided: Mapping[str, tuple[str, Callable[[Array], Any]]] = field(compare=False)
     balances: int = field(compare=False)
     loads: int = field(compare=False)
     state: tuple[str, ...] = field(compare=False)
     history: tuple[tuple[int, int], ...] = field(compare=False)
-    start: Start = field(compare=False)
-    starter: tuple[str, Mapping[str, float]] | None = field(compare=False)
     reference: str = field(compare=False)
-    damping: bool = field(compare=False)
-    together: bool = field(compare=False)
-    decided: Mapping[str, tuple[str, Callable[[Array], Any]]] = field(compare=False)
     declaration: "Declaration | None" = field(compare=False)
+    start: Start = field(default="given", compare=False)
+    starter: tuple[str, Mapping[str, float]] | None = field(default=None, compare=False)
+    damping: bool = field(default=True, compare=False)
+    together: bool = field(default=False, compare=False)
 
     @classmethod
     def of(
@@ -108,24 +108,16 @@ class SchemeInfo:
             argument: FamilyInfo(ParameterInfo(argument, *domain, default=None), MappingProxyType(values))
             for argument, (*domain, values) in entry.get("families", {}).items()
         }
-        return cls(
-            name=name,
-            module=module or entry["module"],
-            parameters=_by_name(ParameterInfo(*literal) for literal in entry["parameters"]),
-            families=MappingProxyType(families),
-            fixed=MappingProxyType(entry.get("fixed", {})),
-            balances=entry["balances"],
-            loads=entry["loads"],
-            state=entry["state"],
-            history=entry["history"],
-            start=entry.get("start", "given"),
-            starter=entry.get("starter"),
-            reference=entry["reference"],
-            damping=entry.get("damping", True),
-            together=entry.get("together", False),
-            decided=MappingProxyType(entry.get("decided", {})),
-            declaration=declaration,
-        )
+        changed: dict[str, Any] = {
+            "name": name,
+            "module": module or entry["module"],
+            "parameters": _by_name(ParameterInfo(*literal) for literal in entry["parameters"]),
+            "families": MappingProxyType(families),
+            "fixed": MappingProxyType(entry.get("fixed", {})),
+            "decided": MappingProxyType(entry.get("decided", {})),
+            "declaration": declaration,
+        }
+        return cls(**{key: x for key, x in entry.items() if key != "synonyms"} | changed)
 
     @property
     def source(self) -> "str | Declaration":
@@ -155,21 +147,21 @@ class SceneInfo:
     coordinates: tuple[tuple[str, str], ...] = field(compare=False)
     start: Callable[..., tuple[Any, Any, Any]] = field(compare=False)
     length: Callable[..., Any] = field(compare=False)
-    energy_scale: Callable[..., Any] | None = field(compare=False)
-    oscillator: Callable[..., tuple[Any, Any, Any]] | None = field(compare=False)
-    outputs: tuple[str, ...] = field(compare=False)
-    angular_momentum: bool = field(compare=False)
-    sampled: bool = field(compare=False)
-    damped: bool = field(compare=False)
-    conserves: bool = field(compare=False)
     memory: tuple[str, ...] = field(compare=False)
-    unstrained: Callable[..., tuple[Any, ...]] | None = field(compare=False)
-    multipliers: tuple[str, ...] = field(compare=False)
-    contacts: tuple[str, ...] = field(compare=False)
-    frictions: tuple[str, ...] = field(compare=False)
-    impulsive: bool = field(compare=False)
     reference: str = field(compare=False)
     declaration: "SceneDeclaration | None" = field(compare=False)
+    energy_scale: Callable[..., Any] | None = field(default=None, compare=False)
+    oscillator: Callable[..., tuple[Any, Any, Any]] | None = field(default=None, compare=False)
+    outputs: tuple[str, ...] = field(default=(), compare=False)
+    angular_momentum: bool = field(default=False, compare=False)
+    sampled: bool = field(default=False, compare=False)
+    damped: bool = field(default=False, compare=False)
+    conserves: bool = field(default=False, compare=False)
+    unstrained: Callable[..., tuple[Any, ...]] | None = field(default=None, compare=False)
+    multipliers: tuple[str, ...] = field(default=(), compare=False)
+    contacts: tuple[str, ...] = field(default=(), compare=False)
+    frictions: tuple[str, ...] = field(default=(), compare=False)
+    impulsive: bool = field(default=False, compare=False)
 
     @classmethod
     def of(
@@ -180,33 +172,15 @@ class SceneInfo:
         declaration: "SceneDeclaration | None" = None,
     ) -> "SceneInfo":
         """From an entry of the index; module and declaration are those of a scene of the user's own."""
-        return cls(
-            name=name,
-            module=module or f"scenes.{name}",
-            parameters=_by_name(
-                ParameterInfo(*literal, default=constant(default)) for *literal, default in entry["parameters"]
-            ),
-            coordinates=entry["coordinates"],
-            start=entry["start"],
-            length=entry["length"],
-            energy_scale=entry.get("energy_scale"),
-            oscillator=entry.get("oscillator"),
-            outputs=entry.get("outputs", ()),
-            angular_momentum=entry.get("angular_momentum", False),
-            sampled=entry.get("sampled", False),
-            damped=entry.get("damped", False),
-            conserves=entry.get("conserves", False),
-            memory=tuple(
-                name for key in ("memory", "multipliers", "contacts", "frictions") for name in entry.get(key, ())
-            ),
-            unstrained=entry.get("unstrained"),
-            multipliers=entry.get("multipliers", ()),
-            contacts=entry.get("contacts", ()),
-            frictions=entry.get("frictions", ()),
-            impulsive=entry.get("impulsive", False),
-            reference=entry["reference"],
-            declaration=declaration,
-        )
+        literals, remembered = entry["parameters"], ("memory", "multipliers", "contacts", "frictions")
+        changed: dict[str, Any] = {
+            "name": name,
+            "module": module or f"scenes.{name}",
+            "parameters": _by_name(ParameterInfo(*own, default=constant(default)) for *own, default in literals),
+            "memory": tuple(one for key in remembered for one in entry.get(key, ())),
+            "declaration": declaration,
+        }
+        return cls(**{**entry, **changed})
 
     @property
     def laws(self) -> int:

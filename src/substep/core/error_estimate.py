@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
+from ..derived import modules
 from .scheme_record import SchemeRecord
 
 
@@ -34,15 +35,15 @@ def local_error(scheme: SchemeRecord, given: tuple[str, ...], damped: bool) -> L
     given: names of the parameters that were not left to their default, which is taken exactly. Raises ValueError for a
     scheme that is not one-step or does not start from u, v and a, and for an estimate that is not finite or is nothing.
     """
-    from ..derived.modules import local_error_module  # noqa: PLC0415 (the one door to SymPy)
-
     if scheme.info.start != "given" or any(lag for _, lag in scheme.info.history):
         raise ValueError(
             "expected a one-step or composite scheme that starts from u, v, a where steps change, got "
             f"{scheme.name}, which carries {', '.join(scheme.info.state)}; give dt in place of tol, or take another "
             "scheme"
         )
-    module = local_error_module(scheme.info.source, {name: float(x) for name, x in scheme.given.items()}, damped)
+    module = modules.local_error_module(
+        scheme.info.source, {name: float(x) for name, x in scheme.given.items()}, damped
+    )
     values = [scheme.parameters[name] for name in module.PARAMETERS]
     weights = tuple(float(x) for x in module.weights(*values))
     if not all(map(math.isfinite, weights)) or not any(weights):

@@ -28,6 +28,15 @@ def evaluated(function: Callable[..., Sequence[Any]], P: int, arguments: Sequenc
     return out
 
 
+def _paired(kind: str, first: int) -> Callable[..., Pair]:
+    """An operation of `Pairs`; first: how many of the numbers given are its first operand, 1, or 2 for a pair."""
+
+    def recorded(self: "Pairs", *numbers: Any) -> Pair:
+        return self.record.pair(kind, numbers[:first], numbers[first:])
+
+    return recorded
+
+
 class Pairs:
     """Arithmetic in pairs of doubles, head and tail, as formulas call it; the kernels' own operations are recorded.
 
@@ -35,35 +44,15 @@ class Pairs:
     """
 
     def __init__(self, record: "_Record") -> None:
-        self._record = record
+        self.record = record
 
-    def plus(self, a: Any, b: Any) -> Pair:
-        """a + b."""
-        return self._record.pair("plus", (a,), (b,))
-
-    def plus_one(self, a: Any, b: Any, b_: Any) -> Pair:
-        """a + b."""
-        return self._record.pair("plus_one", (a,), (b, b_))
-
-    def plus_two(self, a: Any, a_: Any, b: Any, b_: Any) -> Pair:
-        """a + b."""
-        return self._record.pair("plus_two", (a, a_), (b, b_))
-
-    def times(self, a: Any, b: Any) -> Pair:
-        """a*b."""
-        return self._record.pair("times", (a,), (b,))
-
-    def times_one(self, a: Any, b: Any, b_: Any) -> Pair:
-        """a*b."""
-        return self._record.pair("times_one", (a,), (b, b_))
-
-    def times_two(self, a: Any, a_: Any, b: Any, b_: Any) -> Pair:
-        """a*b."""
-        return self._record.pair("times_two", (a, a_), (b, b_))
+    plus, times = _paired("plus", 1), _paired("times", 1)  # of a, b
+    plus_one, times_one = _paired("plus_one", 1), _paired("times_one", 1)  # of a, b, b_
+    plus_two, times_two = _paired("plus_two", 2), _paired("times_two", 2)  # of a, a_, b, b_
 
     def over(self, a: Any, a_: Any, b: Any, b_: Any) -> Any:
         """a/b, rounded to a double."""
-        return self._record.double("over", (a, a_), (b, b_))
+        return self.record.double("over", (a, a_), (b, b_))
 
     def difference(self, a: Any, a_: Any, b: Any, b_: Any, c: Any, c_: Any, d: Any, d_: Any) -> Pair:
         """a*b - c*d."""
@@ -96,40 +85,33 @@ class Pairs:
         )
 
 
+def _binary(kind: str) -> tuple[Callable[..., "_Number"], Callable[..., "_Number"]]:
+    """An operation of a number with another one to its right, and with one to its left."""
+
+    def left(self: "_Number", other: Any) -> "_Number":
+        return self.record.double(kind, (self,), (other,))
+
+    def right(self: "_Number", other: Any) -> "_Number":
+        return self.record.double(kind, (other,), (self,))
+
+    return left, right
+
+
 class _Number:
     """A double in a formula: an input, or the result of an operation."""
 
-    __slots__ = ("_record", "name")
+    __slots__ = ("name", "record")
 
     def __init__(self, record: "_Record", name: int) -> None:
-        self._record, self.name = record, name
+        self.record, self.name = record, name
 
-    def __add__(self, other: Any) -> "_Number":
-        return self._record.double("add", (self,), (other,))
-
-    def __radd__(self, other: Any) -> "_Number":
-        return self._record.double("add", (other,), (self,))
-
-    def __sub__(self, other: Any) -> "_Number":
-        return self._record.double("subtract", (self,), (other,))
-
-    def __rsub__(self, other: Any) -> "_Number":
-        return self._record.double("subtract", (other,), (self,))
-
-    def __mul__(self, other: Any) -> "_Number":
-        return self._record.double("multiply", (self,), (other,))
-
-    def __rmul__(self, other: Any) -> "_Number":
-        return self._record.double("multiply", (other,), (self,))
-
-    def __truediv__(self, other: Any) -> "_Number":
-        return self._record.double("divide", (self,), (other,))
-
-    def __rtruediv__(self, other: Any) -> "_Number":
-        return self._record.double("divide", (other,), (self,))
+    __add__, __radd__ = _binary("add")
+    __sub__, __rsub__ = _binary("subtract")
+    __mul__, __rmul__ = _binary("multiply")
+    __truediv__, __rtruediv__ = _binary("divide")
 
     def __neg__(self) -> "_Number":
-        return self._record.double("multiply", (-1.0,), (self,))
+        return self.record.double("multiply", (-1.0,), (self,))
 
     def __pow__(self, exponent: Any) -> "_Number | float":
         if not isinstance(exponent, int):

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..derived import modules
 from .arrays import Array
 from .entries import ParameterInfo, constant
 from .errors import real_array, unknown_name
@@ -155,9 +156,7 @@ def tried(declaration: LawDeclaration) -> ModuleType:
 
     Raises ValueError for a force that jumps in the elongation, and for an update that does not commit to itself.
     """
-    from ..derived.modules import own_law_module  # noqa: PLC0415 (the one door to SymPy)
-
-    module = own_law_module(declaration)
+    module = modules.own_law_module(declaration)
     rng = np.random.default_rng(0)
     values = {name: _drawn(info, rng) for name, info in _parameters(module).items()}
     law = Law(declaration.name, module, values, declaration)

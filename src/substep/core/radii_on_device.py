@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ..derived.module_cache import cached_module
 from .device import numba_cuda
 from .eigenvalues import eigenvalues_of
 from .scheme_record import SchemeRecord
@@ -118,8 +119,6 @@ def _module(module: ModuleType, Omega: bool, xi: bool) -> ModuleType:
 
     Omega, xi: whether these are arrays, and not numbers.
     """
-    from ..derived.module_cache import cached_module  # noqa: PLC0415
-
     text = _text(module, Omega, xi)
     return cached_module(f"radii {text}", lambda: text)
 

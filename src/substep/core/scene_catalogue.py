@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
+from ..derived import modules
 from .entries import SceneInfo
 from .errors import real_number, unknown_name
 from .kernel_modules import loaded
@@ -77,12 +78,14 @@ def scene_info(name: str | SceneDeclaration, parameters: dict[str, Any]) -> Scen
             f"expected a scene by name, handle or declaration, got {name!r}; substep.scenes() lists the names, "
             "and substep.structure(M, K) makes of matrices what can be marched"
         )
-    from ..derived.modules import own_scene_module  # noqa: PLC0415 (the one door to SymPy)
-
     for element in name.laws.values():
         tried(element.law)
-    module = own_scene_module(name)
-    return SceneInfo.of(name.name, module.ENTRY, module, name)
+    return _own(name)
+
+
+def _own(declaration: SceneDeclaration) -> SceneInfo:
+    module = modules.scene_module(declaration)
+    return SceneInfo.of(declaration.name, module.ENTRY, module, declaration)
 
 
 def _with_law(law: str | LawDeclaration) -> SceneInfo:
@@ -99,11 +102,7 @@ def _with_law(law: str | LawDeclaration) -> SceneInfo:
 
 @cache
 def _with(law: Any) -> SceneInfo:
-    from ..derived.modules import oscillator_with, own_scene_module  # noqa: PLC0415 (the one door to SymPy)
-
-    declaration = oscillator_with(law)
-    module = own_scene_module(declaration)
-    return SceneInfo.of(declaration.name, module.ENTRY, module, declaration)
+    return _own(modules.oscillator_with(law))
 
 
 @cache

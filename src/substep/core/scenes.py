@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..derived import modules
 from . import constraints
 from .arrays import Array, Values, by_value
 from .entries import SceneInfo
@@ -317,12 +318,7 @@ def _at_rest(scene: Scene) -> float:
 @cache
 def _functions(name: str) -> ModuleType:
     """The module of a scene of the catalogue: committed, or printed to the user's cache on first use."""
-    module = committed(f"scenes.{name}")
-    if module is None:
-        from ..derived.modules import scene_module  # noqa: PLC0415 (the one door to SymPy)
-
-        module = scene_module(name)
-    return module
+    return committed(f"scenes.{name}") or modules.scene_module(name)
 
 
 def make_scene(info: SceneInfo, values: Mapping[str, Any], a0: ArrayLike | str | None, load: Load | None) -> Scene:

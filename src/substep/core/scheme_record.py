@@ -7,6 +7,7 @@ from types import ModuleType
 
 import numpy as np
 
+from ..derived import modules
 from .arrays import Array
 from .entries import SchemeInfo
 from .kernel_modules import committed
@@ -42,9 +43,4 @@ def module_of(info: SchemeInfo) -> ModuleType:
     """A scheme's module: of the user's own, or of the catalogue, committed or printed to the user's cache now."""
     if isinstance(info.module, ModuleType):
         return info.module
-    found = committed(info.module)
-    if found is None:
-        from ..derived.modules import scheme_module  # noqa: PLC0415 (the one door to SymPy)
-
-        found = scheme_module(info.module.rpartition(".")[2])
-    return found
+    return committed(info.module) or modules.scheme_module(info.module.rpartition(".")[2])

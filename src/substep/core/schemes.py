@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..derived import modules
 from . import coefficients as march_coefficients
 from . import stability as stability_functions
 from .arrays import Array, Values, by_value
@@ -140,9 +141,7 @@ def scheme_info(name: str | Declaration) -> SchemeInfo:
         raise ValueError(
             f"expected a scheme by name, handle or declaration, got {name!r}; substep.schemes() lists the names"
         )
-    from ..derived.modules import own_scheme_module  # noqa: PLC0415 (the one door to SymPy)
-
-    module = own_scheme_module(name)
+    module = modules.scheme_module(name)
     return SchemeInfo.of(name.name, module.ENTRY, module, name)
 
 

@@ -15,6 +15,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from ..derived import modules
 from .arrays import Array
 from .errors import unknown_name, warn
 
@@ -28,6 +29,7 @@ MOST = 7  # digits that a number in single precision has
 TOLERANCE = 1e-5
 
 _on: ContextVar[bool] = ContextVar("single", default=False)
+_single = cache(modules.in_single_precision)
 
 
 @contextmanager
@@ -62,13 +64,6 @@ def here(module: ModuleType) -> ModuleType:
 def rounded(x: Array) -> Any:
     """An array as it is, or as float32 where single precision is asked for."""
     return x.astype(np.float32) if _on.get() else x
-
-
-@cache
-def _single(module: ModuleType) -> ModuleType:
-    from ..derived.modules import in_single_precision  # noqa: PLC0415 (the one door to the generator)
-
-    return in_single_precision(module)
 
 
 def sample(runs: NDArray[np.int64], failed: NDArray[np.int64]) -> NDArray[np.int64]:

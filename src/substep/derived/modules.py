@@ -22,17 +22,6 @@ if TYPE_CHECKING:
     LawDeclaration = substep_derive.Law
 
 
-def own_scheme_module(declaration: "Declaration") -> ModuleType:
-    """The module of a declared scheme, with its index entry as ENTRY: from the cache, or derived and kept there.
-
-    Raises DeclarationError for a declaration that does not define one step, PermissionError where `cache_folder` does.
-    """
-    from substep_derive.declare.digest import scheme_digest  # noqa: PLC0415
-    from substep_derive.emit.scheme_module import own_module  # noqa: PLC0415
-
-    return cached_module(scheme_digest(declaration), lambda: own_module(declaration))
-
-
 def own_plan_module(declaration: "Declaration") -> ModuleType:
     """The plan of a declared scheme on a structure: from the cache, or derived and kept there.
 
@@ -44,16 +33,19 @@ def own_plan_module(declaration: "Declaration") -> ModuleType:
     return cached_module(f"plan {scheme_digest(declaration)}", lambda: own_plan(declaration))
 
 
-def scheme_module(name: str) -> ModuleType:
-    """The module of a scheme of the catalogue that is not committed: from the cache, or derived now."""
+def scheme_module(scheme: "str | Declaration") -> ModuleType:
+    """The module, with its index entry as ENTRY, of a scheme that is not committed: from the cache, or derived now.
+
+    Raises DeclarationError for a declaration that does not define one step, PermissionError where `cache_folder` does.
+    """
 
     def text() -> str:
         from substep_derive.declare.catalogue import find  # noqa: PLC0415
         from substep_derive.emit.scheme_module import own_module  # noqa: PLC0415
 
-        return own_module(find(name))
+        return own_module(find(scheme))
 
-    return cached_module(f"scheme {name}", text)
+    return cached_module(f"scheme {_scheme(scheme)}", text)
 
 
 def plan_module(name: str) -> ModuleType:
@@ -71,27 +63,19 @@ def plan_module(name: str) -> ModuleType:
     return cached_module(f"plan {name}", text)
 
 
-def own_scene_module(declaration: "SceneDeclaration") -> ModuleType:
-    """The module of a declared scene: from the cache, or derived and kept there.
+def scene_module(scene: "str | SceneDeclaration") -> ModuleType:
+    """The module, with its index entry as ENTRY, of a scene that is not committed: from the cache, or derived now.
 
     Raises DeclarationError for energies that do not define a motion.
     """
-    from substep_derive.declare.digest import scene_digest  # noqa: PLC0415
-    from substep_derive.emit.first_use import own_scene  # noqa: PLC0415
-
-    return cached_module(scene_digest(declaration), lambda: own_scene(declaration))
-
-
-def scene_module(name: str) -> ModuleType:
-    """The module of a scene of the catalogue that is not committed: from the cache, or printed now."""
 
     def text() -> str:
         from substep_derive.declare.catalogue import find_scene  # noqa: PLC0415
         from substep_derive.emit.first_use import own_scene  # noqa: PLC0415
 
-        return own_scene(find_scene(name))
+        return own_scene(find_scene(scene))
 
-    return cached_module(f"scene {name}", text)
+    return cached_module(f"scene {_scene(scene)}", text)
 
 
 def own_law_module(declaration: "LawDeclaration") -> ModuleType:

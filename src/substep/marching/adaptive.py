@@ -19,6 +19,7 @@ from ..core.scenes import Scene
 from ..core.schemes import Scheme
 from ..core.state import State, whose
 from ..core.threads import spread
+from ..derived import modules
 from ..run.clock import Control
 from .scene_lanes import TOLERANCE, memory_in, memory_of, put_memory
 
@@ -44,11 +45,7 @@ def _of_kernels(scene: Scene, scheme: Scheme) -> tuple[Any, Any, Any, int, bool]
     return scheme.info.source, scene.info.source, error.terms, error.order, error.always
 
 
-@cache
-def _kernels(scheme: Any, scene: Any, terms: Any, order: int, always: bool) -> ModuleType:
-    from ..derived.modules import adaptive_pair  # noqa: PLC0415 (the one door to SymPy)
-
-    return adaptive_pair(scheme, scene, terms, order, always)
+_kernels = cache(modules.adaptive_pair)
 
 
 def lanes_of(

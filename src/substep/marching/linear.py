@@ -21,6 +21,7 @@ from ..core.loads import Load, LoadLanes, Record, values_at
 from ..core.response import STATUSES
 from ..core.schemes import Scheme
 from ..core.threads import spread
+from ..derived import modules
 from ..run.clock import AT_ZERO, Begin
 from ..run.schemes import carried
 from .absolute import absolute_rows, with_absolute
@@ -204,9 +205,7 @@ def _kernels(name: str, K: int, in_single: bool) -> tuple[Callable[..., None], C
     """
     module = None if in_single else committed(f"marches.{name}")
     if module is None or not hasattr(module, f"march_{K}"):
-        from ..derived.modules import march_module  # noqa: PLC0415 (the one door to SymPy)
-
-        module = march_module(name, K, in_single)
+        module = modules.march_module(name, K, in_single)
     return getattr(module, f"march_{K}"), getattr(module, f"run_{K}"), module.WIDTH
 
 

@@ -18,6 +18,7 @@ from ..core.scenes import Scene
 from ..core.schemes import Scheme
 from ..core.state import State
 from ..core.threads import spread
+from ..derived import modules
 from ..run.clock import AT_ZERO, Begin
 from ..run.schemes import carried, require_acceleration
 
@@ -65,21 +66,12 @@ def pair_kernels(scene: Scene, scheme: Scheme) -> ModuleType:
     return _own(scheme.info.source, scene.info.source)
 
 
-@cache
-def _own(scheme: Any, scene: Any) -> ModuleType:
-    from ..derived.modules import uncommitted_pair  # noqa: PLC0415 (the one door to SymPy)
-
-    return uncommitted_pair(scheme, scene)
+_own = cache(modules.uncommitted_pair)
 
 
 @cache
 def _from_catalogue(scheme: str, scene: str) -> ModuleType:
-    module = committed(f"pairs.{scheme}__{scene}")
-    if module is None:
-        from ..derived.modules import uncommitted_pair  # noqa: PLC0415 (the one door to SymPy)
-
-        module = uncommitted_pair(scheme, scene)
-    return module
+    return committed(f"pairs.{scheme}__{scene}") or modules.uncommitted_pair(scheme, scene)
 
 
 def march_lanes(
