@@ -5,8 +5,7 @@ from fractions import Fraction
 from functools import cache
 
 import numpy as np
-from further_oracle import sample_parameters
-from oracle import SCHEMES
+from oracle import entry, sample_parameters
 from substep_derive import Derivation, Scheme, derive
 from substep_derive.declare.parameter import Root
 from substep_derive.declare.schemes import ALL
@@ -76,7 +75,7 @@ def for_oracle(scheme: Scheme, values: dict[str, Rational]) -> tuple[str, dict[s
         return name, {}
     if name == "generalized_alpha":
         return "generalized_alpha", everything
-    wanted = SCHEMES[name].parameters  # it solves for the others itself
+    wanted = entry(name).parameters  # it solves for the others itself
     return name, {key: value for key, value in values.items() if key in wanted}
 
 

@@ -199,15 +199,16 @@ class Marcher:
 
 
 def march(
-    scheme: Scheme, values: Mapping[Symbol, Any], system: System, step: Any, n: int, u: Array, v: Array
-) -> list[list[Array]]:
+    scheme: Scheme, values: Mapping[Symbol, Any], system: System, step: Any, n: int, u: Array, v: Array,
+    make: type[Marcher] = Marcher,
+) -> list[list[Array]]:  # fmt: skip
     """Rows (u, v, a) at 0, h, ..., n h."""
     rows = [[u, v, system.acceleration(u, v, 0 * step)]]
-    marcher = Marcher(scheme, values, system, step, u)
+    marcher = make(scheme, values, system, step, u)
     starter = scheme.start_scheme
     if starter is not None:
         lag = max(-int(lattice(knot_of(s)[1])) for s in scheme.state)  # type: ignore[index, arg-type]
-        rows = march(starter, {}, system, step, lag, u, v)
+        rows = march(starter, {}, system, step, lag, u, v, make)
         state = {s: rows[lag + int(lattice(knot_of(s)[1]))]["uva".index(s.name[0])] for s in scheme.state}  # type: ignore[index, arg-type]
     else:
         state = marcher.started(u, v)

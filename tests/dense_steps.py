@@ -10,6 +10,7 @@ from typing import Any
 import mpmath
 import numpy as np
 from declared_steps import Array, Marcher, System
+from declared_steps import march as march_system
 from substep_derive import Scheme
 from substep_derive.declare.symbols import N
 from sympy import Symbol
@@ -58,25 +59,4 @@ def march(
         lambda x: by_mass @ K @ x, lambda x: by_mass @ K, lambda old, new: by_mass @ K @ (old + new) / 2, by_mass @ C,
         lambda t: by_mass @ load(t),
     )  # fmt: skip
-    return _march(scheme, values, system, h, n, u, v)
-
-
-def _march(
-    scheme: Scheme, values: Mapping[Symbol, Any], system: System, h: float, n: int, u: Array, v: Array
-) -> list[list[Array]]:
-    from substep_derive.declare.symbols import knot_of, lattice
-
-    rows = [[u, v, system.acceleration(u, v, 0.0)]]
-    marcher = LinearMarcher(scheme, values, system, h, u)
-    if scheme.start_scheme is not None:
-        at = {s: (int(lattice(knot_of(s)[1])), "uva".index(s.name[0])) for s in scheme.state}  # type: ignore[index, arg-type]
-        lag = -min(step for step, _ in at.values())
-        rows = _march(scheme.start_scheme, {}, system, h, lag, u, v)
-        state = {s: rows[lag + step][kind] for s, (step, kind) in at.items()}
-    else:
-        state = marcher.started(u, v)
-    for i in range(len(rows) - 1, n):
-        x = marcher.step(state, i * h)
-        rows.append(marcher.reported(x, i * h))
-        state = marcher.after(x)
-    return rows
+    return march_system(scheme, values, system, h, n, u, v, LinearMarcher)

@@ -1,6 +1,6 @@
 """Designed composite schemes for the oracle, from the conditions that define them and not from the declared table.
 
-gamma is found by Newton's iteration, weights and inner coefficients by small linear equations, in the type of Omega.
+gamma is found by Newton's iteration, weights and inner coefficients by small linear equations, in the type of rho.
 """
 
 from __future__ import annotations
@@ -8,9 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from oracle import Number, root, sample_parameters, scheme
-
-__all__ = ["sample_parameters"]  # of all schemes, those of this file among them
+Number = Any  # float or mpmath.mpf
 
 
 def root_near(start: Number, coefficients: Sequence[Number]) -> Number:
@@ -64,32 +62,3 @@ def fourth_order(one: Number) -> tuple[list[list[Number]], list[Number]]:
     rows = [[50, 50], [22, -12, 50], [one * 34 / 3, -48, one * 200 / 3, 50]]
     last = [one * 75 / 4, -one * 125 / 6, one * 625 / 6, -one * 625 / 12, 50]
     return [[one * x / 100 for x in row] for row in [*rows, last]], [one, one * 3 / 5, one * 4 / 5, one]
-
-
-def stepped(s: Any, state: Sequence[Number], table: tuple[list[list[Number]], list[Number]], f: Any) -> tuple:
-    """Knot after knot: y_i = y_0 + sum_j a_ij y'_j, the balance solved for the acceleration at its end."""
-    knots = [tuple(state)]
-    for (*before, last), time in zip(*table, strict=True):
-
-        def end(a: Number, before: Sequence[Number] = before, last: Number = last) -> tuple:
-            v = knots[0][1] + sum(w * k[2] for w, k in zip(before, knots, strict=True)) + last * a
-            u = knots[0][0] + sum(w * k[1] for w, k in zip(before, knots, strict=True)) + last * v
-            return u, v, a
-
-        knots.append(end(root(lambda a, end=end, time=time: s.residual(*end(a), f(time)))))
-    return knots[-1]
-
-
-@scheme("three_substep_third_order", "u h*v h^2*a", "rho_inf")
-def three_substep_third_order(s, state, p, f):
-    return stepped(s, state, third_order(p.rho_inf), f)
-
-
-@scheme("four_substep", "u h*v h^2*a", "rho_inf")
-def four_substep(s, state, p, f):
-    return stepped(s, state, free_fourth_order(p.rho_inf), f)
-
-
-@scheme("four_substep_fourth_order", "u h*v h^2*a")
-def four_substep_fourth_order(s, state, p, f):
-    return stepped(s, state, fourth_order(s.one), f)

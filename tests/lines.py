@@ -3,8 +3,24 @@
 from typing import NamedTuple
 
 import numpy as np
+import tables
 
 Array = np.ndarray
+
+
+def solve(matrix: Array, right: Array) -> Array:
+    """The solution for one right side or several, also in mpmath's numbers."""
+    if matrix.dtype != object:
+        return np.linalg.solve(matrix, right)
+    if len(matrix) == 1:
+        return right / matrix[0, 0]
+    if right.ndim == 2:
+        return np.array([solve(matrix, column) for column in right.T]).T
+    return np.array(tables.solved([[*row, x] for row, x in zip(matrix, right, strict=True)]))
+
+
+def norm(x: Array) -> float:
+    return abs(x).max()
 
 
 class Row(NamedTuple):

@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-import oracle
 from declared import for_oracle
+from oracle import entry
 from stepping import MP, Problem, Stepper, _mpf
 from substep_derive import Estimator, N, N_discrete, Scheme
 from substep_derive.algebra.algebraic import generator
@@ -59,7 +59,7 @@ def _in_numbers(scheme: Scheme, error: Expr) -> Expr:
 def settled(scheme: Scheme, parameters: dict[str, Rational], motion: Oscillation, dt: Any, steps: int) -> list[Any]:
     """The state after some steps from rest in the middle of the motion, by which other modes have died out."""
     name, given = for_oracle(scheme, parameters)
-    step = oracle.SCHEMES[name].step
+    step = entry(name).step
     kinds = [knot_of(s) or ("u", "0") for s in scheme.state]
     state = []
     for kind, label in kinds:  # scaled by powers of h, as the oracle's

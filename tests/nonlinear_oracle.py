@@ -1,11 +1,13 @@
 """Every scheme of the project on nonlinear systems M a + C v + N(u) = F(t), stepped by number: an independent oracle.
 
-This file shares nothing with the code under test: no derivation, no generated kernel, no solver, and not the linear
-oracle of oracle.py either. Each step writes the relations of the scheme as its paper prints them, except that an
-implicit step has its relations solved for u and v as functions of the new acceleration, u = u_p + c_u a and
-v = v_p + c_v a (a `Line`), so that small time steps lose no digits; Newton's iteration then runs to rounding.
+This file shares nothing with the code under test: no derivation, no generated kernel, no solver. Each step writes the
+relations of the scheme as its paper prints them, except that an implicit step has its relations solved for u and v as
+functions of the new acceleration, u = u_p + c_u a and v = v_p + c_v a (a `Line`), so that small time steps lose no
+digits; Newton's iteration then runs to rounding.
 
 All schemes are steps of one class, which shares the rows and Newton's iteration: the file grows with the catalogue.
+
+The arithmetic is that of the step h, floats or mpmath's numbers, which oracle.py takes for linear oscillators.
 
 In the steps, index 0 is t_n, 1 is t_{n+1}, g and p are sub-step knots, m is t_{n-1}, mm is t_{n-2}.
 """
@@ -15,20 +17,20 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
 from types import SimpleNamespace
 
 import numpy as np
 import tables
+from designed_oracle import fourth_order, free_fourth_order, root_near, third_order
 from further_oracle import FurtherSteps
-from lines import Array, Line, Row, newmark_line, same_line
-
-solve, norm = np.linalg.solve, np.linalg.norm
+from lines import Array, Line, Row, newmark_line, norm, same_line, solve
 
 TRAPEZOID = {"beta": 1 / 4, "gamma": 1 / 2}
 MEMBERS = {  # name: the method that steps it, with these parameters fixed
     "forward_euler": ("runge_kutta", {"stages": [(0, 1)]}),
     "rk2": ("runge_kutta", {"stages": [(0, 0), (1 / 2, 1)]}),
-    "rk4": ("runge_kutta", {"stages": [(0, 1 / 6), (1 / 2, 1 / 3), (1 / 2, 1 / 3), (1, 1 / 6)]}),
+    "rk4": ("runge_kutta", {"stages": [(0, Fraction(1, 6)), *[(1 / 2, Fraction(1, 3))] * 2, (1, Fraction(1, 6))]}),
     "central_difference": ("newmark", {"beta": 0, "gamma": 1 / 2}),
     "average_acceleration": ("newmark", TRAPEZOID),
     "linear_acceleration": ("newmark", {"beta": 1 / 6, "gamma": 1 / 2}),
@@ -76,8 +78,8 @@ def history(name, parameters: dict[str, float], system: System, dt: float, n: in
         for i in range(n):
             run.t = i * dt
             count, starter = STARTERS.get(name, (0, name))
-            u, v, a = run.step(starter if i < count else name)
-            reported.append(Row(u, v if run.lag is None else v + run.lag @ a, a))
+            run.step(starter if i < count else name)
+            reported.append(run.reported())
     return tuple(np.array(column) for column in zip(*reported, strict=True))
 
 
@@ -91,7 +93,8 @@ class Run(FurtherSteps):
     """One run; a method with the name of a scheme returns the row at t + h from the rows up to t."""
 
     def __init__(self, name: str, parameters: dict[str, float], s: System, h: float, given: Row):
-        self.parameters, self.s, self.h, self.t, self.rows = parameters, s, h, 0.0, [given]
+        self.parameters, self.s, self.h, self.t, self.rows, self.one = parameters, s, h, 0 * h, [given], h / h
+        self.kind = float if isinstance(h, float) else type(h)  # of all numbers
         self.lag = None  # v(t_n) - lag a_n is what the rows hold as v
         u, v, a = given
         if name == "central_difference_lagged":  # v_{n-1/2}
@@ -106,10 +109,13 @@ class Run(FurtherSteps):
             change = s.load(h) - s.load(0.0) - h * (s.damping @ a) - h * (s.tangent(u) @ v)
             self.rows = [Row(u, v, a - solve(s.mass, change)), given]
 
-    def step(self, name: str) -> Row:
+    def step(self, name: str) -> None:
         method, fixed = MEMBERS.get(name, (name, {}))
         self.rows.append(getattr(self, method)(SimpleNamespace(**self.parameters, **fixed)))
-        return self.rows[-1]
+
+    def reported(self) -> Row:
+        u, v, a = self.rows[-1]
+        return Row(u, v if self.lag is None else v + self.lag @ a, a)
 
     def now(self):
         return self.s, self.h, self.t, *self.rows[-1]
@@ -122,7 +128,7 @@ class Run(FurtherSteps):
         """
         s, last, (wa, wf) = self.s, last or self.rows[-1], weights
         load = s.load(self.t + tau * self.h) if load is None else load
-        a, more = (last.u - line.u_p) / line.c_u if line.c_u else last.a, 4
+        a, more = (last.u - line.u_p) / line.c_u if line.c_u else last.a, 4 if self.kind is float else 0
         for _ in range(100):
             u, v, _ = line.end(a)
             uf, vf, af = wf * u + (1 - wf) * last.u, wf * v + (1 - wf) * last.v, wa * a + (1 - wa) * last.a
@@ -136,7 +142,7 @@ class Run(FurtherSteps):
             change = solve(derivative, s.mass @ af + s.damping @ vf + n - load)
             a = a - change
             more -= norm(line.c_u * change) <= 1e-12 * (norm(last.u) + norm(line.u_p) + norm(line.c_u * a))
-            if not more:  # u stood still four times, which brings a to rounding
+            if more <= 0:  # u stood still four times, which brings a to rounding; with mpmath the system is linear
                 return line.end(a)
         raise RuntimeError("Newton's iteration does not converge")
 
@@ -145,14 +151,14 @@ class Run(FurtherSteps):
         """k = h f(y0 + c k, t + c h) in turn, then y1 = y0 + sum of b k, for the stages (c, b)."""
         s, h, t, u0, v0, _ = self.now()
         ku, kv, u1, v1 = 0 * u0, 0 * v0, u0, v0
-        for c, b in p.stages:
+        for c, b in ((self.one * c, self.one * b.numerator / b.denominator) for c, b in p.stages):
             ku, kv = h * (v0 + c * kv), h * s.acceleration(u0 + c * ku, v0 + c * kv, t + c * h)
             u1, v1 = u1 + b * ku, v1 + b * kv
         return Row(u1, v1, s.acceleration(u1, v1, t + h))
 
     def table(self, p):
         """Every stage with its own slopes; a stage on the diagonal is solved for its acceleration."""
-        (s, h, t, u0, v0, a0), table = self.now(), tables.of(p.table, self.parameters, float)
+        (s, h, t, u0, v0, a0), table = self.now(), tables.of(p.table, self.parameters, self.kind)
         (A, b, c), stages = table, self.together(table) if tables.coupled(table) else []
         end = tables.last_is_end(table)
         for i, (row, tau) in [*enumerate(zip(A, c, strict=True))][len(stages) :]:
@@ -175,7 +181,7 @@ class Run(FurtherSteps):
         known = int(tables.first_is_start(table) and tables.last_is_end(table))
         A, d, first = np.array(A), len(u0), [a0][:known]
         inner = A[known:, known:]
-        a = np.vstack([*first, np.linalg.solve(h * inner @ inner, -np.outer(np.array(c)[known:], v0))])
+        a = np.vstack([*first, solve(h * inner @ inner, -np.outer(np.array(c)[known:], v0))])
         for _ in range(60):
             v = v0 + h * A @ a
             u = u0 + h * A @ v
@@ -197,12 +203,12 @@ class Run(FurtherSteps):
     def nystrom(self, p):
         (s, h, t, u0, v0, a0), table = self.now(), p.table()
         assert not s.damping.any(), "a Nystrom table is for u'' = g(t, u)"
-        found = [a0]
-        for row, c in zip(table.A_bar[1:], map(float, table.c[1:]), strict=True):
-            u = u0 + c * h * v0 + h**2 * sum(float(w) * a for w, a in zip(row, found, strict=False))
+        found, kind = [a0], self.kind
+        for row, c in zip(table.A_bar[1:], map(kind, table.c[1:]), strict=True):
+            u = u0 + c * h * v0 + h**2 * sum(kind(w) * a for w, a in zip(row, found, strict=False))
             found.append(s.acceleration(u, 0 * v0, t + c * h))
-        u1 = u0 + h * v0 + h**2 * sum(float(w) * a for w, a in zip(table.b_bar, found, strict=False))
-        return Row(u1, v0 + h * sum(float(w) * a for w, a in zip(table.b, found, strict=False)), found[-1])
+        u1 = u0 + h * v0 + h**2 * sum(kind(w) * a for w, a in zip(table.b_bar, found, strict=False))
+        return Row(u1, v0 + h * sum(kind(w) * a for w, a in zip(table.b, found, strict=False)), found[-1])
 
     def stoermer(self, p):
         """Stoermer's rule with n sub-steps, for each n, extrapolated."""
@@ -220,15 +226,15 @@ class Run(FurtherSteps):
 
     def composed(self, p):
         """Central differences over parts of the step."""
-        row, tau = self.rows[-1], 0.0
-        for weight in map(float, p.weights(**self.parameters)):
+        row, tau = self.rows[-1], 0 * self.h
+        for weight in map(self.kind, p.weights(**self.parameters)):
             tau += weight
             row = self.balance(tau, newmark_line(row, weight * self.h, 0.0, 0.5), row)
         return row
 
     def central_difference_lagged(self, p):
-        s, h, t, u0, v_before, a0 = self.now()
-        v_half = v_before + h * a0
+        s, h, t, u0, v_before, _ = self.now()
+        v_half = v_before + h * s.acceleration(u0, v_before, t)
         u1 = u0 + h * v_half
         return Row(u1, v_half, s.acceleration(u1, v_half, t + h))
 
@@ -284,7 +290,7 @@ class Run(FurtherSteps):
         """Linear acceleration up to t_n + theta h, balance there with the load extrapolated, then back to t_{n+1}."""
         (s, h, t, u0, v0, a0), th = self.now(), p.theta
         load = s.load(t) + th * (s.load(t + h) - s.load(t))
-        a_th = self.balance(th, newmark_line(self.rows[-1], th * h, 1 / 6, 1 / 2), load=load).a
+        a_th = self.balance(th, newmark_line(self.rows[-1], th * h, self.one / 6, 1 / 2), load=load).a
         a1 = a0 + (a_th - a0) / th
         return Row(u0 + h * v0 + h**2 / 6 * (2 * a0 + a1), v0 + h / 2 * (a0 + a1), a1)
 
@@ -314,6 +320,8 @@ class Run(FurtherSteps):
         return self.newmark(p, 1 - p.alpha_B, 1)
 
     def generalized_alpha(self, p):
+        p.beta = getattr(p, "beta", (1 - p.alpha_m + p.alpha_f) ** 2 / 4)
+        p.gamma = getattr(p, "gamma", 0.5 - p.alpha_m + p.alpha_f)
         return self.newmark(p, 1 - p.alpha_m, 1 - p.alpha_f)
 
     def explicit_generalized_alpha(self, p):
@@ -349,7 +357,8 @@ class Run(FurtherSteps):
     def backward_differences(self, p):
         """The sum over j = 1 ... order of the j-th backward difference of y, over j, is h y1'."""
         weights = [
-            sum((-1) ** i * math.comb(j, i) / j for j in range(max(i, 1), p.order + 1)) for i in range(p.order + 1)
+            sum(self.one * (-1) ** i * math.comb(j, i) / j for j in range(max(i, 1), p.order + 1))
+            for i in range(p.order + 1)
         ]
         earlier = self.rows[: -p.order - 1 : -1]
         known_u, known_v = (
@@ -383,9 +392,9 @@ class Run(FurtherSteps):
     def trbdf3(self, p):
         """Over thirds of the step: trapezoidal rule, three-point backward Euler, Houbolt."""
         (u0, v0, _), h = self.rows[-1], self.h / 3
-        first = self.balance(1 / 3, newmark_line(self.rows[-1], h, 1 / 4, 1 / 2))
+        first = self.balance(self.one / 3, newmark_line(self.rows[-1], h, 1 / 4, 1 / 2))
         line = same_line((4 * first.u - u0) / 3, (4 * first.v - v0) / 3, 2 * h / 3)
-        second = self.balance(2 / 3, line, first)
+        second = self.balance(2 * self.one / 3, line, first)
         u_p = (5 * second.u - 4 * first.u + u0) / 2
         v_p = (11 * u_p - 18 * second.u + 9 * first.u - 2 * u0) / (6 * h)
         return self.balance(1, Line(u_p, h**2 / 2, v_p, 11 * h / 12), second)
@@ -410,46 +419,28 @@ class Run(FurtherSteps):
         return self.trapezoids_then(g, g * (1 - b1), g * b1 + (1 - g) * (1 - b2), (1 - g) * b2)
 
     def three_substep(self, p):
-        g, rho = p.gamma, p.rho_inf
+        rho = p.rho_inf
+        g = root_near(35 * self.one / 100, [3 * (1 + rho), -2 * (9 + rho), 24, -12, 2])
         d1, d2, d3 = 1 - 3 * g / 2, 0.5 - 3 * g / 2 + 3 * g**2 / 4, rho * g**3 / 8
         b1 = g / 8 + d1 / 4 + d2 / (2 * g) + d3 / g**2
         b2 = g / 2 + d1 / 2 - 2 * d3 / g**2
         b3 = 3 * g / 8 + d1 / 4 - d2 / (2 * g) + d3 / g**2
         return self.trapezoids_then(g, b3, b2, b1, g / 2)
 
-    def stages(self, rows: list[list[float]], times: list[float]) -> Row:
+    def stages(self, table: tuple[list[list[float]], list[float]]) -> Row:
         """y_i = y_0 + h sum_j a_ij y'_j, one row a_i for each sub-step and the time of its end."""
         knots, h = [self.rows[-1]], self.h
-        for (*before, last), time in zip(rows, times, strict=True):
+        for (*before, last), time in zip(*table, strict=True):
             known_u = knots[0].u + h * sum(w * knot.v for w, knot in zip(before, knots, strict=True))
             known_v = knots[0].v + h * sum(w * knot.a for w, knot in zip(before, knots, strict=True))
             knots.append(self.balance(time, same_line(known_u, known_v, h * last), knots[-1]))
         return knots[-1]
 
     def three_substep_third_order(self, p):
-        """Weights by collocation: exact for rates that are constant, linear, quadratic in time."""
-        g, c2, c3 = p.gamma, 2 * p.gamma, 0.6
-        b2, b3 = np.linalg.solve([[c2, c3], [c2**2, c3**2]], [1 / 2 - g, 1 / 3 - g])
-        a32 = (c3**2 / 2 - g * c3) / c2
-        return self.stages([[g, g], [c3 - a32 - g, a32, g], [1 - b2 - b3 - g, b2, b3, g]], [c2, c3, 1.0])
+        return self.stages(third_order(p.rho_inf))
 
     def four_substep(self, p):
-        """Weights by collocation at order 4, and stages that integrate linear rates."""
-        g, c = p.gamma, np.array([2 * p.gamma, 3 / 4, 2 / 3])
-        b = np.linalg.solve(np.vander(c, 4, increasing=True).T[1:], [1 / 2 - g, 1 / 3 - g, 1 / 4 - g])
-        a32 = (c[1] ** 2 / 2 - g * c[1]) / c[0]
-        inner = np.array([2 * g**3 * 2, a32 * c[0] ** 2 + g * c[1] ** 2])  # of quadratic rates, at the first two
-        known = b[0] * inner[0] + b[1] * inner[1] + b[2] * g * c[2] ** 2
-        second = (1 / 12 - known - g * 1 / 3) / b[2]
-        a42, a43 = np.linalg.solve([[c[0], c[1]], [c[0] ** 2, c[1] ** 2]], [c[2] ** 2 / 2 - g * c[2], second])
-        rows = [[g, g], [c[1] - a32 - g, a32, g], [c[2] - a42 - a43 - g, a42, a43, g], [1 - b.sum() - g, *b, g]]
-        return self.stages(rows, [*c, 1.0])
+        return self.stages(free_fourth_order(p.rho_inf))
 
     def four_substep_fourth_order(self, p):
-        rows = [
-            [0.5, 0.5],
-            [0.22, -0.12, 0.5],
-            [17 / 150, -0.48, 2 / 3, 0.5],
-            [3 / 16, -5 / 24, 25 / 24, -25 / 48, 0.5],
-        ]
-        return self.stages(rows, [1.0, 0.6, 0.8, 1.0])
+        return self.stages(fourth_order(self.one))

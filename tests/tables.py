@@ -1,4 +1,4 @@
-"""Runge-Kutta tables and weights of compositions, typed from their papers, and their steps on the linear oscillator.
+"""Runge-Kutta tables and weights of compositions, typed from their papers.
 
 A second spelling of the catalogue's: numbers of 50 digits, decimals or closed forms, not the fractions and roots of the
 declarations; stages carry both slopes (v, a), no velocity is eliminated. A table is a function of the scheme's
@@ -8,10 +8,8 @@ parameters, which returns A, b, c.
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
-from types import SimpleNamespace
 from typing import Any
 
-import oracle
 from mpmath import mp
 
 MP = mp.clone()
@@ -200,7 +198,7 @@ def extrapolated(values: dict[int, Any]) -> Any:
     counts, column = sorted(values), [values[n] for n in sorted(values)]
     for k in range(1, len(counts)):
         column = [
-            new + (new - old) / ((counts[i + k] / counts[i]) ** 2 - 1)
+            new + (new - old) * counts[i] ** 2 / (counts[i + k] ** 2 - counts[i] ** 2)
             for i, (old, new) in enumerate(itertools.pairwise(column))
         ]
     return column[0]
@@ -261,6 +259,13 @@ def last_is_end(table: Table) -> bool:
     return table[2][-1] == 1 and list(table[0][-1]) == list(table[1])
 
 
+def carries_acceleration(name: str) -> bool:
+    """Whether the first stage of a step is the last one of the step before."""
+    make, parameters = TABLES[name]
+    sample = square(make(**dict.fromkeys(parameters.split(), MP.mpf("0.45"))))
+    return first_is_start(sample) and last_is_end(sample)
+
+
 def of(name: str, values: dict[str, Any], kind: Callable[[Any], Any]) -> Table:
     """The table at these values of the parameters, in numbers of this kind."""
     A, b, c = square(TABLES[name][0](**{key: MP.mpf(str(value)) if isinstance(value, float) else MP.mpf(value)
@@ -271,11 +276,6 @@ def of(name: str, values: dict[str, Any], kind: Callable[[Any], Any]) -> Table:
 def coupled(table: Table) -> bool:
     """Whether stages read later ones."""
     return any(w for i, row in enumerate(table[0]) for w in row[i + 1 :])
-
-
-def product(A: Any, x: Any) -> list[Any]:
-    """A matrix times a column."""
-    return [sum((w * e for w, e in zip(row, x, strict=True)), 0 * x[0]) for row in A]
 
 
 def solved(rows: list[list[Any]]) -> list[Any]:
@@ -289,115 +289,3 @@ def solved(rows: list[list[Any]]) -> list[Any]:
                 times = rows[i][k] / rows[k][k]
                 rows[i] = [x - times * y for x, y in zip(rows[i], rows[k], strict=True)]
     return [rows[k][n] / rows[k][k] for k in range(n)]
-
-
-def _together(s: Any, table: Table, state: Any, f: Callable[[Any], Any]) -> list[Any]:
-    """Stages solved together for their accelerations: a + c v + k u = f with v = v0 + A a, u = u0 + A v."""
-    A, _, c = table
-    (u0, v0), one = state[:2], s.one
-    squares = [product(list(zip(*A, strict=True)), row) for row in A]
-    rows = [
-        [(one if i == j else 0 * one) + s.c * A[i][j] + s.k * squares[i][j] for j in range(len(c))]
-        + [f(tau) - s.c * v0 - s.k * (u0 + sum(A[i]) * v0)]
-        for i, tau in enumerate(c)
-    ]
-    if len(state) == 3:
-        rows[0] = [one, *[0 * one] * (len(c) - 1), state[2]]
-    a = solved(rows)
-    v = [v0 + x for x in product(A, a)]
-    return list(zip([u0 + x for x in product(A, v)], v, a, strict=True))
-
-
-def _step(s: Any, table: Table, state: Any, f: Callable[[Any], Any]) -> tuple[Any, Any]:
-    A, b, c = table
-    u0, v0 = state[:2]
-    stages: list[Any] = _together(s, table, state, f) if coupled(table) else []
-    for row, tau in zip(A[len(stages) :], c[len(stages) :], strict=True):
-        i = len(stages)
-        u = u0 + sum((w * v for w, (_, v, _) in zip(row[:i], stages, strict=True)), 0 * u0)
-        v = v0 + sum((w * a for w, (_, _, a) in zip(row[:i], stages, strict=True)), 0 * u0)
-        if i == 0 and row[i] == 0 and len(state) == 3:
-            stages.append((u0, v0, state[2]))
-            continue
-
-        def at(a: Any, u: Any = u, v: Any = v, w: Any = row[i]) -> Any:
-            return u + w * (v + w * a), v + w * a, a
-
-        stages.append(at(oracle.root(lambda a, at=at, tau=tau: s.residual(*at(a), f(tau)))))
-    u1 = u0 + sum((w * v for w, (_, v, _) in zip(b, stages, strict=True)), 0 * u0)
-    v1 = v0 + sum((w * a for w, (_, _, a) in zip(b, stages, strict=True)), 0 * u0)
-    if last_is_end(table):
-        u1, v1, a1 = stages[-1]
-        return ((u1, v1, a1) if len(state) == 3 else (u1, v1)), (u1, v1, a1)
-    return (u1, v1), (u1, v1, s.acceleration(u1, v1, f(s.one)))
-
-
-def _register(name: str, parameters: str) -> None:
-    sample = square(TABLES[name][0](**dict.fromkeys(parameters.split(), MP.mpf("0.45"))))
-    carried = first_is_start(sample) and last_is_end(sample)
-
-    @oracle.scheme(name, "u h*v h^2*a" if carried else "u h*v", parameters)
-    def rule(s: Any, state: Any, p: Any, f: Callable[[Any], Any]) -> tuple[Any, Any]:
-        return _step(s, of(name, vars(p), type(s.one)), state, f)
-
-
-def undamped(s: Any) -> Any:
-    """The oscillator with the same stiffness and without damping."""
-    return oracle.Oscillator(s.one, 0 * s.c, s.k)
-
-
-def _nystrom_step(s: Any, table: Nystrom, state: Any, f: Callable[[Any], Any]) -> Any:
-    kind = type(s.one)
-    u0, v0, a0 = state
-    found: list[Any] = []
-    for row, c in zip(table.A_bar, table.c, strict=True):
-        u = u0 + kind(c) * v0 + sum((kind(w) * a for w, a in zip(row, found, strict=False)), 0 * u0)
-        found.append(a0 if not found else s.acceleration(u, 0 * v0, f(kind(c))))
-    v1 = v0 + sum((kind(w) * a for w, a in zip(table.b, found, strict=False)), 0 * u0)
-    u1 = u0 + v0 + sum((kind(w) * a for w, a in zip(table.b_bar, found, strict=False)), 0 * u0)
-    return u1, v1, found[-1]  # the last stage is t_{n+1}
-
-
-def _stoermer(s: Any, n: int, state: Any, f: Callable[[Any], Any]) -> tuple[Any, Any]:
-    """Stoermer's rule in one-step form, n sub-steps: kicks by half of the acceleration, drifts between them."""
-    u, v, a = state
-    for j in range(1, n + 1):
-        v = v + a / (2 * n)
-        u = u + v / n
-        a = s.acceleration(u, 0 * v, f(s.one * j / n))
-        v = v + a / (2 * n)
-    return u, v
-
-
-def _register_nystrom(name: str) -> None:
-    @oracle.scheme(name, "u h*v h^2*a")
-    def rule(s: Any, state: Any, p: SimpleNamespace, f: Callable[[Any], Any]) -> tuple[Any, Any]:
-        s = undamped(s)
-        if name in NYSTROM:
-            new = _nystrom_step(s, NYSTROM[name](), state, f)
-        else:
-            runs = {n: _stoermer(s, n, state, f) for n in EXTRAPOLATIONS[name]}
-            u, v = (extrapolated({n: run[i] for n, run in runs.items()}) for i in range(2))
-            new = u, v, s.acceleration(u, 0 * v, f(s.one))
-        return new, new
-
-
-def _register_composition(name: str, weights: Callable[..., list[Any]]) -> None:
-    names = " ".join(weights.__code__.co_varnames[: weights.__code__.co_argcount])
-
-    @oracle.scheme(name, "u h*v h^2*a", names)
-    def rule(s: Any, state: Any, p: Any, f: Callable[[Any], Any]) -> tuple[Any, Any]:
-        s, t = s if name in DAMPED_COMPOSITIONS else undamped(s), 0 * s.one
-        for given in weights(**vars(p)):
-            weight = type(s.one)(given) if isinstance(given, MP.mpf) else given
-            t = t + weight
-            state = oracle.newmark_end(s, state, weight, (0 * s.one, s.one / 2), f(t))
-        return state, state
-
-
-for _name, (_, _parameters) in TABLES.items():
-    _register(_name, _parameters)
-for _name in (*NYSTROM, *EXTRAPOLATIONS):
-    _register_nystrom(_name)
-for _name, _weights in COMPOSITIONS.items():
-    _register_composition(_name, _weights)

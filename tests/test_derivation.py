@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import sympy as sp
 from declared import BY_NAME, NAMES, derived, for_oracle, near, random_parameters
-from oracle import SCHEMES as ORACLE
 from oracle import amplification as stepped
+from oracle import entry
 from substep_derive import Scheme, derive
 from substep_derive.algebra.constant import reduced
 from substep_derive.declare.symbols import K0, C, K_t, M, N, Omega, beta, f, gamma, gamma_t, h, mu, xi
@@ -34,7 +34,7 @@ def test_every_entry_equals_the_stepped_one(name: str) -> None:
     for _ in range(8):
         values, omega, damping = point(scheme, rng)
         other, numbers = for_oracle(scheme, values)
-        assert d.state == ORACLE[other].state
+        assert d.state == entry(other).state
         exact = np.array(d.A.subs(at(values, omega, damping) | near(scheme)), dtype=float)
         expected = np.array(stepped(other, float(omega), float(damping), floats(numbers)), dtype=float)
         assert np.abs(exact - expected).max() <= 1e-12 * max(1.0, np.abs(expected).max())
@@ -53,7 +53,7 @@ def test_forced_step_and_what_it_reports_equal_the_stepped_ones(name: str) -> No
             return 0.3 + tau * (1.7 - 0.4 * tau)
 
         other, numbers = for_oracle(scheme, values)
-        x1, reported = ORACLE[other].step(x0, float(omega), float(damping), floats(numbers), load)
+        x1, reported = entry(other).step(x0, float(omega), float(damping), floats(numbers), load)
         forces = Matrix([load(float(tau.subs(where))) for tau in d.stencil])
         after = d.A.subs(where) * Matrix(x0) + d.load.subs(where) * forces
         assert np.allclose(np.array(after, dtype=float).ravel(), x1, rtol=1e-12, atol=1e-12)

@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from declared import BY_NAME, UNDAMPED, for_oracle
-from oracle import SCHEMES as ORACLE
+from oracle import entry
 from published import CHOPRA
 from substep_derive.declare.parameter_set import ParameterSet
 from substep_derive.oscillator.evaluation import Evaluation
@@ -79,7 +79,7 @@ def oracle_history(name: str, s: ss.Scheme, scene: ss.Scene, dt: float, n: int) 
         first, starter = max(lag for _, lag in s.history), STARTERS[name]
         known = {"beta": 0.25, "gamma": 0.5} if starter == "newmark" else {}
         for i in range(first):
-            x = np.array(ORACLE[starter].step(x, Omega, xi, known, lambda tau, i=i: force((i + tau) * dt))[0])
+            x = np.array(entry(starter).step(x, Omega, xi, known, lambda tau, i=i: force((i + tau) * dt))[0])
             rows.append(x)
         x = np.array([rows[first - lag][kind] for kind, lag in s.history])
     elif name == "gholampour":
@@ -95,7 +95,7 @@ def oracle_history(name: str, s: ss.Scheme, scene: ss.Scene, dt: float, n: int) 
     else:
         x = x0[: len(s.state)]
     for i in range(first, n):
-        x, reported = ORACLE[other].step(x, Omega, xi, numbers, lambda tau, i=i: force((i + tau) * dt))
+        x, reported = entry(other).step(x, Omega, xi, numbers, lambda tau, i=i: force((i + tau) * dt))
         rows.append(np.array(x if name == "kr_alpha_plain_start" else reported, dtype=float))
     return np.array(rows) / dt ** np.arange(3)
 
