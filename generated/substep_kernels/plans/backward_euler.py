@@ -11,6 +11,8 @@ NAME = "backward_euler"
 PARAMETERS = ()
 STATE = ('u_0', 'v_0',)
 NO_MEMORY = ''
+NO_CONTACT = ''
+NO_RESTITUTION = ''
 
 
 def step(h):
@@ -22,6 +24,7 @@ def step(h):
             "M": {"a_1": 1},
             "C": {"v_1": 1},
             "N": [(1, {"u_1": 1}, 1)],
+            "contact": ({"u_1": 1}, {"v_1": 1}, 1, 1),
             "f": [(1, 1)],
         }),
     ]

@@ -11,6 +11,8 @@ NAME = "gholampour"
 PARAMETERS = ('delta', 'alpha_g',)
 STATE = ('u_0', 'v_0', 'a_0', 'a_m1',)
 NO_MEMORY = ''
+NO_CONTACT = ''
+NO_RESTITUTION = ''
 
 
 def step(h, delta_, alpha_g_):
@@ -22,6 +24,7 @@ def step(h, delta_, alpha_g_):
             "M": {"a_1": 1},
             "C": {"v_1": 1},
             "N": [(1, {"u_1": 1}, 1)],
+            "contact": ({"u_1": 1}, {"v_1": 1}, 1, delta_ + 1/4),
             "f": [(1, 1)],
         }),
     ]

@@ -11,6 +11,8 @@ NAME = "hht_alpha_mixed_displacement"
 PARAMETERS = ('alpha',)
 STATE = ('u_0', 'v_0', 'a_0',)
 NO_MEMORY = ''
+NO_CONTACT = ''
+NO_RESTITUTION = ''
 
 
 def step(h, alpha_):
@@ -22,6 +24,7 @@ def step(h, alpha_):
             "M": {"a_1": 1},
             "C": {"v_0": -alpha_, "v_1": alpha_ + 1},
             "N": [(1, {"u_0": -alpha_, "u_1": alpha_ + 1}, alpha_ + 1)],
+            "contact": ({"u_1": 1}, {"v_1": 1}, 1, 1/2 - alpha_),
             "f": [(1, alpha_ + 1)],
         }),
     ]

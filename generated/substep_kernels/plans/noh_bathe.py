@@ -12,6 +12,8 @@ NAME = "noh_bathe"
 PARAMETERS = ('p',)
 STATE = ('u_0', 'v_0', 'a_0',)
 NO_MEMORY = ''
+NO_CONTACT = 'noh_bathe is explicit: expected each balance to move the displacement that it takes the force at, so that a pressure holds a gap there; take an implicit scheme, give contacts a restitution, or leave them out'
+NO_RESTITUTION = 'noh_bathe does not keep the velocity that an impact leaves: expected one that is the same a step later, of which restitution is a share; take a scheme of one balance, such as average_acceleration'
 
 
 def step(h, p_):

@@ -11,6 +11,8 @@ NAME = "park"
 PARAMETERS = ()
 STATE = ('u_0', 'v_0', 'u_m1', 'v_m1', 'u_m2', 'v_m2',)
 NO_MEMORY = ''
+NO_CONTACT = ''
+NO_RESTITUTION = 'park does not keep the velocity that an impact leaves: expected one that is the same a step later, of which restitution is a share; take a scheme of one balance, such as average_acceleration'
 
 
 def step(h):
@@ -22,6 +24,7 @@ def step(h):
             "M": {"a_1": 1},
             "C": {"v_1": 1},
             "N": [(1, {"u_1": 1}, 1)],
+            "contact": ({"u_1": 1}, {"v_1": 1}, 1, 1),
             "f": [(1, 1)],
         }),
     ]

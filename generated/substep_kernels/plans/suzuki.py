@@ -15,6 +15,8 @@ NAME = "suzuki"
 PARAMETERS = ('weight',)
 STATE = ('u_0', 'v_0', 'a_0',)
 NO_MEMORY = ''
+NO_CONTACT = 'suzuki is explicit: expected each balance to move the displacement that it takes the force at, so that a pressure holds a gap there; take an implicit scheme, give contacts a restitution, or leave them out'
+NO_RESTITUTION = 'suzuki does not keep the velocity that an impact leaves: expected one that is the same a step later, of which restitution is a share; take a scheme of one balance, such as average_acceleration'
 
 
 def step(h, weight_):

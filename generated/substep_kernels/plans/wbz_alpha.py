@@ -11,6 +11,8 @@ NAME = "wbz_alpha"
 PARAMETERS = ('alpha_B',)
 STATE = ('u_0', 'v_0', 'a_0',)
 NO_MEMORY = ''
+NO_CONTACT = ''
+NO_RESTITUTION = ''
 
 
 def step(h, alpha_B_):
@@ -22,6 +24,7 @@ def step(h, alpha_B_):
             "M": {"a_0": alpha_B_, "a_1": 1 - alpha_B_},
             "C": {"v_1": 1},
             "N": [(1, {"u_1": 1}, 1)],
+            "contact": ({"u_1": 1}, {"v_1": 1}, 1, 1/2 - alpha_B_),
             "f": [(1, 1)],
         }),
     ]
