@@ -247,7 +247,8 @@ def test_stops_on_both_sides() -> None:
     [
         ({"contacts": {"floor": ({0: 1.0}, -0.6)}}, "gaps of 0 or more, got -0.1 of contact 'floor'"),
         ({"contacts": {"a": ({0: 1.0}, 1.0), "b": ({0: 2.0}, 2.0)}}, "independent gaps, got one of contact 'b'"),
-        ({"contacts": {"floor": ({1: 1.0}, 1.0)}, "fixed": [1], "u0": 0.0}, "none of contact 'floor': they are fixed"),
+        ({"contacts": {"floor": ({1: 1.0}, 1.0)}, "fixed": [1], "u0": 0.0}, "got one of the fixed degree of freedom 1"),
+        ({"contacts": {"floor": ([0.0, 0.0], 1.0)}}, "a row of contact 'floor' that is 0"),
         ({"contacts": {"floor": ({0: 1.0}, 1.0, 0.5)}}, "a name with a pair"),
         ({"contacts": [({0: 1.0}, 1.0)]}, "a mapping of names to pairs"),
         ({"contacts": {"floor": (np.eye(2), [1.0, 2.0, 3.0])}}, "one gap of contact 'floor' or 2"),

@@ -15,6 +15,7 @@ from ..core.laws import Law
 from ..core.loads import Load, Record
 from .march.critical import CriticalStep, critical_step
 from .march.march_structure import march_structure
+from .march.refusals import require_no_contacts
 from .march.response import StructureResponse
 from .model.constraints import independent, transformation
 from .model.contacts import contacts_of
@@ -74,7 +75,7 @@ class Structure(Model):
         is so with the supports where the displacement puts them at t = 0.
 
         Raises ValueError for degrees of freedom that are free, for both or neither of acceleration and displacement,
-        and for an internal force. Chopra, Dynamics of Structures, 9.7.
+        for an internal force, and for an acceleration where there are contacts. Chopra, Dynamics of Structures, 9.7.
 
         >>> bridge = ss.structure(np.eye(3), [[2.0, -1, -1], [-1, 1, 0], [-1, 0, 1]], fixed=[1, 2])
         >>> shaken = bridge.support_motion([1], displacement=ss.Step(0.1))
@@ -90,6 +91,9 @@ class Structure(Model):
                 "and structure is left out; leave it out, or give displacement="
             )
         if acceleration is not None:
+            require_no_contacts(
+                self, "supports that move by an acceleration", "give displacement=, of the motion itself"
+            )
             return accelerated(self, acceleration, dofs)  # type: ignore[return-value]
         return displaced(self, displacement, velocity, dofs)  # type: ignore[arg-type, return-value]
 

@@ -19,7 +19,10 @@ from .velocity import (
     takes_damping_at_start,
 )
 
-OF_STRUCTURE = ("u0", "v0", "a0", "load", "C", "fixed", "constraints", "names", "solver", "tangent", "potential")
+OF_STRUCTURE = (
+    "u0", "v0", "a0", "load", "C", "fixed", "constraints", "contacts", "restitution", "names", "solver", "tangent",
+    "potential",
+)  # fmt: skip
 
 
 def unknown_argument(what: str, name: str, known: Iterable[str]) -> ValueError:

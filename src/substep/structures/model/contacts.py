@@ -74,8 +74,8 @@ class Contacts:
 def contacts_of(given: Any, restitution: Any, T: Matrix, names: Sequence[str]) -> Contacts | None:
     """Contacts from what `structure` takes; T, names: of a `Model`. None without any.
 
-    Raises ValueError for what is no mapping of names to pairs of a row, or rows, and as many gaps, for rows that no
-    free degree of freedom moves or that depend on each other, and for restitutions that are not from 0 to 1.
+    Raises ValueError for what is no mapping of names to pairs of a row, or rows, and as many gaps, for rows that are 0,
+    of fixed degrees of freedom, or dependent where all are closed, and for restitutions that are not from 0 to 1.
     """
     if given is None or (isinstance(given, Mapping) and not given):
         if restitution is not None:
@@ -114,7 +114,15 @@ def contacts_of(given: Any, restitution: Any, T: Matrix, names: Sequence[str]) -
         gaps.append(np.broadcast_to(gap, count))
         shares.append(np.full(count, share))
         first += count
-    B = sparse.csr_array(sparse.csr_array(sparse.vstack(blocks)) @ T)
+    full = sparse.csr_array(sparse.vstack(blocks))
+    held = np.asarray(abs(T).sum(axis=1)).ravel() == 0.0
+    if (fixed := np.flatnonzero(held & (np.asarray(abs(full).sum(axis=0)).ravel() != 0.0))).size:
+        dof = f"'{names[fixed[0]]}'" if names else fixed[0]
+        raise ValueError(
+            f"expected gaps of free degrees of freedom, got one of the fixed degree of freedom {dof}, whose "
+            "displacement is 0; leave it out of the row"
+        )
+    B = sparse.csr_array(full @ T)
     B.eliminate_zeros()
     columns = np.unique(B.indices)
     found = Contacts(columns, B[:, columns].toarray(), np.concatenate(gaps), np.concatenate(shares), where)
@@ -130,8 +138,8 @@ def _require_independent(contacts: Contacts) -> None:
     sizes = np.linalg.norm(contacts.rows, axis=1)
     if (idle := np.flatnonzero(sizes == 0.0)).size:
         raise ValueError(
-            f"expected gaps that free degrees of freedom move, got none of contact '{contacts.name_of(int(idle[0]))}': "
-            "they are fixed; remove it"
+            f"expected gaps that degrees of freedom move, got a row of contact '{contacts.name_of(int(idle[0]))}' that "
+            "is 0; remove it"
         )
     gaps = contacts.gaps0 / sizes
     whole = np.column_stack([contacts.rows / sizes[:, None], gaps / max(1e-300, float(np.abs(gaps).max()))])
