@@ -10,7 +10,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from adapter import Integrator, Load, serve
+from adapter import Integrator, serve
 from quiet import printing_aside
 
 with printing_aside():
@@ -82,18 +82,7 @@ def bar(folder: Path, omega: float, density: float) -> Any:
     return mesh, akantu.SolidMechanicsModel(mesh)
 
 
-def run(
-    integrator: str,
-    arguments: dict[str, Any],
-    omega: float,
-    xi: float,
-    dt: float,
-    n: int,
-    u0: float,
-    v0: float,
-    a0: float | None,
-    load: Load,
-) -> tuple[Any, Any, Any]:
+def run(integrator, arguments, omega, xi, dt, n, u0, v0, a0, load):
     """Histories of the free end; the first acceleration, which the program leaves as it is, is that of the balance."""
     if xi != 0:
         raise ValueError(f"expected no damping, got xi = {xi}")

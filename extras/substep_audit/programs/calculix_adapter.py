@@ -167,18 +167,7 @@ def number(text: str) -> float:
     return float(re.sub(r"(\d)([+-]\d{3})$", r"\1E\2", text))
 
 
-def run(
-    integrator: str,
-    arguments: dict[str, Any],
-    omega: float,
-    xi: float,
-    dt: float,
-    n: int,
-    u0: float,
-    v0: float,
-    a0: float | None,
-    load: Load,
-) -> tuple[Any, Any, Any]:
+def run(integrator, arguments, omega, xi, dt, n, u0, v0, a0, load):
     """Displacements, of which the second run adds the digits that the first one cannot print."""
     given = [name if value is True else f"{name}={field(value)}" for name, value in arguments.items()]
     numbers = {"k": omega**2, "c": 2 * xi * omega, "u0": u0, "v0": v0, "dt": dt, "end": n * dt}

@@ -4,7 +4,7 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
-from adapter import Integrator, Load, serve
+from adapter import Integrator, serve
 from calfem.core import step2
 
 PLACE = "docstring of calfem.core.step2, parameter ip"
@@ -29,18 +29,7 @@ INTEGRATORS = {
 }
 
 
-def run(
-    integrator: str,
-    arguments: dict[str, Any],
-    omega: float,
-    xi: float,
-    dt: float,
-    n: int,
-    u0: float,
-    v0: float,
-    a0: float | None,
-    load: Load,
-) -> tuple[Any, Any, Any]:
+def run(integrator, arguments, omega, xi, dt, n, u0, v0, a0, load):
     """Histories of step2, whose total time stands half a step beyond the last one: it truncates their quotient."""
     f = np.array([[load.at(i * dt) for i in range(n + 1)]])
     ip = [dt, (n + 0.5) * dt, arguments["alpha"], arguments["delta"]]

@@ -8,7 +8,7 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
-from adapter import Integrator, Load, serve
+from adapter import Integrator, serve
 from quiet import printing_aside
 
 with printing_aside():
@@ -84,18 +84,7 @@ def instant(algo: str, alpha: float) -> float:
     return {"midpoint": 0.5, "euler_explicit": 0.0}.get(algo, 1.0)
 
 
-def run(
-    integrator: str,
-    arguments: dict[str, Any],
-    omega: float,
-    xi: float,
-    dt: float,
-    n: int,
-    u0: float,
-    v0: float,
-    a0: float | None,
-    load: Load,
-) -> tuple[Any, Any, Any]:
+def run(integrator, arguments, omega, xi, dt, n, u0, v0, a0, load):
     """Histories of one node; the first acceleration, which the program leaves to its user, is that of the balance."""
     parameters = dict(arguments)
     algo = parameters.pop("algo")

@@ -163,18 +163,7 @@ def oscillator(omega: float, xi: float, u0: float, v0: float, load: Load) -> tup
     return container, system, rows
 
 
-def run(
-    integrator: str,
-    arguments: dict[str, Any],
-    omega: float,
-    xi: float,
-    dt: float,
-    n: int,
-    u0: float,
-    v0: float,
-    a0: float | None,
-    load: Load,
-) -> tuple[Any, Any, Any]:
+def run(integrator, arguments, omega, xi, dt, n, u0, v0, a0, load):
     """Histories that a function called after every step gathers, and once before the first."""
     _container, system, rows = oscillator(omega, xi, u0, v0, load)
     if a0 is not None:

@@ -10,7 +10,7 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
-from adapter import Integrator, Load, serve
+from adapter import Integrator, serve
 from quiet import printing_aside
 
 with printing_aside(), warnings.catch_warnings():
@@ -62,18 +62,7 @@ INTEGRATORS = {
 LUMPED, CONSISTENT = 2.0, 3.0  # densities of a unit mass at the free side
 
 
-def run(
-    integrator: str,
-    arguments: dict[str, Any],
-    omega: float,
-    xi: float,
-    dt: float,
-    n: int,
-    u0: float,
-    v0: float,
-    a0: float | None,
-    load: Load,
-) -> tuple[Any, Any, Any]:
+def run(integrator, arguments, omega, xi, dt, n, u0, v0, a0, load):
     """Histories of the free side; the first acceleration, if none is given, is that of the balance."""
     parameters = dict(arguments)
     kind = getattr(fedoo.time, parameters.pop("integrator"))(**parameters)

@@ -9,7 +9,7 @@ from typing import Any
 
 import getfem
 import numpy as np
-from adapter import Integrator, Load, serve
+from adapter import Integrator, serve
 
 PLACE = "docstring of getfem.Model.add_{}"
 THETA = "Attach a theta method for the time discretization of the variable"
@@ -55,19 +55,7 @@ def version() -> str:
     return subprocess.run(query, capture_output=True, text=True, check=True).stdout.split("+")[0]
 
 
-def run(
-    integrator: str,
-    arguments: dict[str, Any],
-    omega: float,
-    xi: float,
-    dt: float,
-    n: int,
-    u0: float,
-    v0: float,
-    a0: float | None,
-    load: Load,
-    before: list[Any] | None = None,
-) -> tuple[Any, Any, Any]:
+def run(integrator, arguments, omega, xi, dt, n, u0, v0, a0, load, before=None):
     """Histories of the variable and of its derivatives; the first acceleration, if none is given, is the balance's."""
     values = dict(arguments)
     kind = values.pop("kind")

@@ -7,7 +7,7 @@ set before each step to its value at the end of the step, which is when the prog
 from importlib.metadata import version
 from typing import Any
 
-from adapter import Integrator, Load, serve
+from adapter import Integrator, serve
 from quiet import printing_aside
 
 with printing_aside():
@@ -125,19 +125,7 @@ def scheme(integrator: str, arguments: dict[str, Any]) -> Any:
     return kratos.ResidualBasedBossakDisplacementScheme(alpha, beta)
 
 
-def run(
-    integrator: str,
-    arguments: dict[str, Any],
-    omega: float,
-    xi: float,
-    dt: float,
-    n: int,
-    u0: float,
-    v0: float,
-    a0: float | None,
-    load: Load,
-    before: list[Any] | None = None,
-) -> tuple[Any, Any, Any]:
+def run(integrator, arguments, omega, xi, dt, n, u0, v0, a0, load, before=None):
     """Histories of the node's values, of which the explicit schemes' velocities and accelerations are a step old."""
     explicit = integrator.startswith("explicit")
     rows = arguments.get("order", 1)

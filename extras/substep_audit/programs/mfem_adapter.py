@@ -90,18 +90,7 @@ class Oscillator(mfem.SecondOrderTimeDependentOperator):
         a[0] = force / (1 + self.k * fac0 + self.c * fac1)
 
 
-def run(
-    integrator: str,
-    arguments: dict[str, Any],
-    omega: float,
-    xi: float,
-    dt: float,
-    n: int,
-    u0: float,
-    v0: float,
-    a0: float | None,
-    load: Load,
-) -> tuple[Any, Any, Any]:
+def run(integrator, arguments, omega, xi, dt, n, u0, v0, a0, load):
     """Histories of Step, with the acceleration that the solver keeps; with no_mult it keeps none."""
     values = dict(arguments)
     stepper = getattr(mfem, values.pop("solver"))(*values.values())

@@ -369,18 +369,7 @@ def analysis(integrator: str, arguments: dict[str, Any]) -> None:
     ops.analysis("Transient")
 
 
-def run(
-    integrator: str,
-    arguments: dict[str, Any],
-    omega: float,
-    xi: float,
-    dt: float,
-    n: int,
-    u0: float,
-    v0: float,
-    a0: float | None,
-    load: Load,
-) -> tuple[Any, Any, Any]:
+def run(integrator, arguments, omega, xi, dt, n, u0, v0, a0, load):
     """Histories of the free node after every call of analyze."""
     model(omega, xi, u0, v0, a0, load)
     analysis(integrator, arguments)

@@ -126,19 +126,7 @@ def started(ts: Any, arguments: dict[str, Any], u0: float, v0: float) -> Any:
     return lambda: (y[0], y[1])
 
 
-def run(
-    integrator: str,
-    arguments: dict[str, Any],
-    omega: float,
-    xi: float,
-    dt: float,
-    n: int,
-    u0: float,
-    v0: float,
-    a0: float | None,
-    load: Load,
-    force: Spring | None = None,
-) -> tuple[Any, Any, Any]:
+def run(integrator, arguments, omega, xi, dt, n, u0, v0, a0, load, force=None):
     """Histories after steps of fixed length."""
     ts = prepared(arguments, omega, xi, load, force, ts_adapt_type="none")
     ts.setTimeStep(dt)

@@ -1,10 +1,9 @@
 """pyYeti's solvers of second-order equations: SolveNewmark, SolveUnc, SolveExp2 and SolveCDF."""
 
 from importlib.metadata import version
-from typing import Any
 
 import numpy as np
-from adapter import Integrator, Load, serve
+from adapter import Integrator, serve
 from pyyeti import ode
 
 LINEAR = "exact assuming piece-wise linear forces (if `order` is 1) or piece-wise constant forces (if `order` is 0)"
@@ -50,18 +49,7 @@ INTEGRATORS = {
 }
 
 
-def run(
-    integrator: str,
-    arguments: dict[str, Any],
-    omega: float,
-    xi: float,
-    dt: float,
-    n: int,
-    u0: float,
-    v0: float,
-    a0: float | None,
-    load: Load,
-) -> tuple[Any, Any, Any]:
+def run(integrator, arguments, omega, xi, dt, n, u0, v0, a0, load):
     """Histories of one solver; rb = [] says that the oscillator, however soft, is no rigid-body mode.
 
     SolveNewmark wants two steps at least; a step more than is asked for would change how the last one's velocity is

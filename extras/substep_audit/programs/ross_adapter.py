@@ -5,10 +5,9 @@ reproduce u0 + v0 t exactly, so that motion from u0 and v0 can be superposed wit
 """
 
 from importlib.metadata import version
-from typing import Any
 
 import numpy as np
-from adapter import Integrator, Load, serve
+from adapter import Integrator, serve
 from quiet import printing_aside
 
 with printing_aside():
@@ -36,18 +35,7 @@ INTEGRATORS = {
 }
 
 
-def run(
-    integrator: str,
-    arguments: dict[str, Any],
-    omega: float,
-    xi: float,
-    dt: float,
-    n: int,
-    u0: float,
-    v0: float,
-    a0: float | None,
-    load: Load,
-) -> tuple[Any, Any, Any]:
+def run(integrator, arguments, omega, xi, dt, n, u0, v0, a0, load):
     """Displacements; the tolerance, which is one of forces, is twelve digits of the largest force at hand."""
     t = dt * np.arange(n + 1)
     k, c = omega**2, 2 * xi * omega

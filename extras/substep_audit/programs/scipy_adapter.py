@@ -40,19 +40,7 @@ INTEGRATORS = {
 SOLVERS = {"RK45": RK45, "RK23": RK23}
 
 
-def run(
-    integrator: str,
-    arguments: dict[str, Any],
-    omega: float,
-    xi: float,
-    dt: float,
-    n: int,
-    u0: float,
-    v0: float,
-    a0: float | None,
-    load: Load,
-    force: Spring | None = None,
-) -> tuple[Any, Any, Any]:
+def run(integrator, arguments, omega, xi, dt, n, u0, v0, a0, load, force=None):
     """Histories of lsim or of a pair."""
     if "solver" in arguments:
         rate = rates(omega, xi, load, force)

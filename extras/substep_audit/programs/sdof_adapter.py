@@ -4,7 +4,7 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
-from adapter import Integrator, Load, serve
+from adapter import Integrator, serve
 from sdof import integrate
 from sdof.integration.newmark import newmark
 
@@ -43,18 +43,7 @@ INTEGRATORS = {
 }
 
 
-def run(
-    integrator: str,
-    arguments: dict[str, Any],
-    omega: float,
-    xi: float,
-    dt: float,
-    n: int,
-    u0: float,
-    v0: float,
-    a0: float | None,
-    load: Load,
-) -> tuple[Any, Any, Any]:
+def run(integrator, arguments, omega, xi, dt, n, u0, v0, a0, load):
     """Histories of one of the two functions."""
     f = np.array([load.at(i * dt) for i in range(n + 1)])
     k, c = omega**2, 2 * xi * omega

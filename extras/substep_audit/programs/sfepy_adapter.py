@@ -104,18 +104,7 @@ def problem(
     return Problem.from_conf(ProblemConf.from_dict(description, sys.modules[__name__]))
 
 
-def run(
-    integrator: str,
-    arguments: dict[str, Any],
-    omega: float,
-    xi: float,
-    dt: float,
-    n: int,
-    u0: float,
-    v0: float,
-    a0: float | None,
-    load: Load,
-) -> tuple[Any, Any, Any]:
+def run(integrator, arguments, omega, xi, dt, n, u0, v0, a0, load):
     """Histories that a hook gathers after each step; the program finds the first acceleration itself."""
     rows: list[tuple[float, ...]] = []
 

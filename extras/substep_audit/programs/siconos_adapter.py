@@ -1,7 +1,6 @@
 """Siconos: its one-step integrators of mechanical systems without contact, on a linear Lagrangian system."""
 
 import subprocess
-from typing import Any
 
 import numpy as np
 from adapter import Integrator, Load, serve
@@ -39,18 +38,7 @@ def version() -> str:
     return subprocess.run(query, capture_output=True, text=True, check=True).stdout.split("+")[0]
 
 
-def run(
-    integrator: str,
-    arguments: dict[str, Any],
-    omega: float,
-    xi: float,
-    dt: float,
-    n: int,
-    u0: float,
-    v0: float,
-    a0: float | None,
-    load: Load,
-) -> tuple[Any, Any, Any]:
+def run(integrator, arguments, omega, xi, dt, n, u0, v0, a0, load):
     """Histories of displacement and velocity."""
     oscillator = Oscillator(omega, xi, u0, v0, load)
     system = kernel.NonSmoothDynamicalSystem(0.0, (n + 1) * dt)

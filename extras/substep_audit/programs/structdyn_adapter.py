@@ -4,7 +4,7 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
-from adapter import Integrator, Load, serve
+from adapter import Integrator, serve
 from structdyn.mdf.mdf import MDF
 from structdyn.mdf.numerical_methods.central_difference import CentralDifferenceMDF
 from structdyn.mdf.numerical_methods.newmark_beta import NewmarkBetaMDF
@@ -69,18 +69,7 @@ INTEGRATORS = {
 }
 
 
-def run(
-    integrator: str,
-    arguments: dict[str, Any],
-    omega: float,
-    xi: float,
-    dt: float,
-    n: int,
-    u0: float,
-    v0: float,
-    a0: float | None,
-    load: Load,
-) -> tuple[Any, Any, Any]:
+def run(integrator, arguments, omega, xi, dt, n, u0, v0, a0, load):
     """Histories of one solver.
 
     Central differences go a step further than is asked for and drop it, for the program finds the last velocity and
