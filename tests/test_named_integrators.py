@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from declared import NAMES
+from declared import BY_NAME, NAMES
 from substep_audit.dialects import dialect, dialects
 from substep_audit.named_integrators import NamedIntegrator, named_integrators, value_of
+from substep_derive.declare.symbols import f
 
 import substep as ss
 
@@ -113,3 +114,60 @@ def test_the_page_is_what_is_generated(monkeypatch: pytest.MonkeyPatch) -> None:
     text = page()
     assert (ROOT / "docs" / "catalogue_of_programs.md").read_text(encoding="utf-8") == text
     assert all(f"`{x.name}`" in text or f"`{x.name} (" in text for x in EVERY.values())
+
+
+M, C, STIFF, CUBIC, H = 1.3, 0.2, 4.0, 9.0, 0.1
+
+
+def opensees_generalized_alpha(alphaM: float, alphaF: float, cubic: float, steps: int, iterations: int) -> np.ndarray:
+    """u of M a + C v + STIFF u + cubic u^3 = cos(2 t), as newStep, formUnbalance and update of its source do."""
+    beta, gamma = (1 + alphaM - alphaF) ** 2 / 4, 0.5 + alphaM - alphaF
+    c2, c3 = gamma / (beta * H), 1 / (beta * H**2)
+    U, V = 0.4, -0.3
+    A = (1 - C * V - STIFF * U - cubic * U**3) / M
+    rows = [U]
+    for n in range(steps):
+        Ut, Vt, At = U, V, A
+        V = (1 - gamma / beta) * Vt + H * (1 - gamma / (2 * beta)) * At
+        A = -Vt / (beta * H) + (1 - 1 / (2 * beta)) * At
+        u, v, a = Ut, (1 - alphaF) * Vt + alphaF * V, (1 - alphaM) * At + alphaM * A  # what the nodes have
+        for _ in range(iterations):
+            left = np.cos(2 * H * (n + alphaF)) - M * a - C * v - STIFF * u - cubic * u**3
+            change = left / (alphaF * (STIFF + 3 * cubic * u**2) + alphaF * c2 * C + alphaM * c3 * M)
+            U, V, A = U + change, V + c2 * change, A + c3 * change
+            u, v, a = (1 - alphaF) * Ut + alphaF * U, (1 - alphaF) * Vt + alphaF * V, A  # no longer weighted
+        rows.append(U)
+    return np.array(rows)
+
+
+@pytest.mark.parametrize(
+    ("name", "cubic", "iterations"), [("GeneralizedAlpha", 0.0, 1), ("GeneralizedAlpha with iterations", CUBIC, 60)]
+)
+@pytest.mark.filterwarnings("ignore:.* has dissipated")
+def test_generalized_alpha_of_opensees_is_what_its_source_does(name: str, cubic: float, iterations: int) -> None:
+    steps, given = 20, {"alphaM": 1.1, "alphaF": 0.8}
+    force, tangent = (lambda u: STIFF * u + cubic * u**3), (lambda u: np.diag(STIFF + 3 * cubic * u**2))
+    own: dict[str, Any] = {"internal_force": force, "tangent": tangent} if cubic else {"K": [[STIFF]]}
+    load = ([1.0], lambda t: np.cos(2 * t))
+    model = ss.structure([[M]], C=[[C]], u0=[0.4], v0=[-0.3], load=load, **own)
+    found = ss.march(model, made(EVERY[f"OpenSees.{name}"], **given), dt=H, t_end=steps * H)
+    expected = opensees_generalized_alpha(**given, cubic=cubic, steps=steps, iterations=iterations)
+    assert np.abs(found.u[:, 0] - expected).max() < 1e-10
+    once_more = opensees_generalized_alpha(**given, cubic=cubic, steps=steps, iterations=iterations + 1)
+    assert (np.abs(once_more - expected).max() > 1e-4) == (iterations == 1)
+
+
+@pytest.mark.parametrize("rho", [(0.2, 0.5, 0.9), (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), (0.3, 0.6, 1.0)])
+def test_gssss_v0_weighs_the_load_by_its_weighted_time_field(rho: tuple[float, ...]) -> None:
+    """W_1 = (1/2 + w_1/3 + w_2/4 + w_3/5)/(1 + w_1/2 + w_2/3 + w_3/4), w as in suanPan and OpenSeismoMatlab."""
+    both, product = rho[0] + rho[1], rho[0] * rho[1]
+    w = (
+        9 - 11 * both + 19 * product,
+        -30 * (3 - 4 * both + 6 * product),
+        7.5 * (25 - 37 * both + 53 * product),
+        -35 * (3 - 5 * both + 7 * product),
+    )
+    W1 = sum(x / (k + 2) for k, x in enumerate(w)) / sum(x / (k + 1) for k, x in enumerate(w))
+    (balance,) = BY_NAME["gssss_v0"].balances
+    values = dict(zip(BY_NAME["gssss_v0"].values, rho, strict=True))
+    assert float(balance.load.coeff(f(1)).subs(values)) == pytest.approx(W1, rel=1e-12)
