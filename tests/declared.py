@@ -17,7 +17,7 @@ BY_NAME = {scheme.name: scheme for scheme in ALL}
 NAMES = tuple(BY_NAME)
 OWN = {name: s for name, s in BY_NAME.items() if s.parent is None}  # schemes with a module of their own
 TOGETHER = tuple(name for name in NAMES if INDEX[name].get("together"))  # deriving it takes 10 s
-ON_STRUCTURES = tuple(s for name, s in BY_NAME.items() if name not in TOGETHER)
+ONE_BY_ONE = tuple(s for name, s in BY_NAME.items() if name not in TOGETHER)
 COMMITTED = tuple(name for name in OWN if name not in SCHEMES_ON_FIRST_USE)
 UNDAMPED = tuple(name for name, s in BY_NAME.items() if not s.takes_damping)  # schemes for u'' = g(t, u)
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from audited_steppers import TRAPEZOIDAL, generalized_alpha, trapezoidal_load
-from declared import BY_NAME, ON_STRUCTURES, random_parameters
+from declared import BY_NAME, ONE_BY_ONE, random_parameters
 from dense_steps import march
 from nonlinear_oracle import System, history
 from substep_audit import instrument
@@ -63,7 +63,7 @@ def under_spring(
     return [x[:, 0] for x in history(name, values, system, dt, n, [u0], [v0], start)]
 
 
-@pytest.mark.parametrize("name", [s.name for s in ON_STRUCTURES])
+@pytest.mark.parametrize("name", [s.name for s in ONE_BY_ONE])
 def test_every_scheme_is_found_blind(name):
     """With random parameters; whatever is named does the same from starts and at frequencies that were not probed.
 
@@ -151,7 +151,7 @@ def test_a_force_that_is_taken_in_no_declared_way_is_told_and_all_names_are_kept
     assert not report.deviations
 
 
-@pytest.mark.parametrize("name", [s.name for s in ON_STRUCTURES])
+@pytest.mark.parametrize("name", [s.name for s in ONE_BY_ONE])
 def test_every_scheme_takes_the_load_as_declared(name):
     values = random_parameters(BY_NAME[name], np.random.default_rng(6))
     stepper = densely_stepped(name, values)

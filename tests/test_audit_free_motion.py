@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from audited_steppers import generalized_alpha, trapezoidal_load
-from declared import ON_STRUCTURES
+from declared import ONE_BY_ONE
 from substep_audit.declared import declared
 from substep_audit.free_motion import energies, growths, measured_roots, meetings, scheme_roots
 from substep_audit.limits import LARGE
@@ -41,7 +41,7 @@ def first_limit(share: float) -> float:
     return math.sqrt(2 * (1 - abs(1 - 2 * share)) / (share * (1 - share)))
 
 
-@pytest.mark.parametrize("name", [s.name for s in ON_STRUCTURES])
+@pytest.mark.parametrize("name", [s.name for s in ONE_BY_ONE])
 def test_energy_follows_the_eigenvalues_of_the_derived_matrix(name):
     """Its trend is the principal pair's modulus; a loss or gain is told wherever that is beyond the resolution."""
     scheme = ss.scheme(name)
@@ -90,7 +90,7 @@ def test_rounding_in_single_precision_is_no_loss():
     assert all(1e-6 < one.resolution < 1e-2 for one in found)
 
 
-@pytest.mark.parametrize("name", [s.name for s in ON_STRUCTURES])
+@pytest.mark.parametrize("name", [s.name for s in ONE_BY_ONE])
 def test_growth_at_the_critical_Omega_is_that_of_a_defective_matrix(name):
     """Where the derived matrix at its limit has a Jordan block on the unit circle, and nowhere else.
 

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 import tree_sitter_julia
 from by_hand import single
-from declared import ON_STRUCTURES, UNDAMPED
+from declared import ONE_BY_ONE, UNDAMPED
 from nonlinear_oracle import System, history
 from substep_derive import Parameter, Scheme, h, knot
 from substep_derive.declare.errors import DeclarationError
@@ -178,7 +178,7 @@ def check_stability(s: ss.Scheme, Omega: float, xi: float, found: np.ndarray) ->
 
 
 @pytest.mark.usefixtures("plain_functions")
-@pytest.mark.parametrize("scheme", [s.name for s in ON_STRUCTURES])
+@pytest.mark.parametrize("scheme", [s.name for s in ONE_BY_ONE])
 def test_c_javascript_and_the_syntax_of_julia(scheme: str, tmp_path: Path) -> None:
     """All in one test, so that a scheme is derived once."""
     assert faults_in_julia(text_of(scheme, "julia")) == []

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from declared import ON_STRUCTURES
+from declared import BY_NAME
 from scipy.integrate import solve_ivp
 from substep_kernels.facts import CATALOGUE
 
@@ -63,7 +63,7 @@ def test_the_oracle_has_the_value_of_the_closed_form() -> None:
     )
 
 
-@pytest.mark.parametrize("name", [s.name for s in ON_STRUCTURES])
+@pytest.mark.parametrize("name", list(BY_NAME))
 def test_every_scheme_gives_van_der_pols_motion_in_its_order_or_refuses_it(name: str) -> None:
     if name in UNDAMPED:
         return refuses(name, van_der_pol())
@@ -97,7 +97,7 @@ def test_a_linear_damper_in_the_force_is_refused_as_a_matrix_is(name: str) -> No
         ss.march(ss.structure([[1.0]], [[20.0]], C=[[1.0]], u0=1.0), name, 0.01, 1.0)
 
 
-@pytest.mark.parametrize("name", [s.name for s in ON_STRUCTURES if s.takes_damping])
+@pytest.mark.parametrize("name", [s.name for s in BY_NAME.values() if s.takes_damping])
 def test_damping_in_the_force_is_what_it_is_in_a_matrix(name: str) -> None:
     """To rounding and what an iteration leaves, also where coefficients or the start take C.
 

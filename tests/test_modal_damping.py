@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from declared import ON_STRUCTURES
+from declared import BY_NAME
 from dense_steps import march as dense_march
 from plane_elements import cantilever, shear_building
 from scipy import sparse
@@ -41,7 +41,7 @@ def test_its_matrix_is_the_full_one() -> None:
 
 
 @pytest.mark.parametrize("mass", ["full", "lumped"])
-@pytest.mark.parametrize("scheme", ON_STRUCTURES, ids=lambda s: s.name)
+@pytest.mark.parametrize("scheme", BY_NAME.values(), ids=lambda s: s.name)
 def test_every_scheme_marches_it_as_the_full_matrix(scheme: Any, mass: str) -> None:
     """u, h v, h^2 a to 1e-11 of the largest, against the scheme's own equations; a lumped mass needs no factors."""
     s, h = system(), 0.5 / 30.0

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from declared import ON_STRUCTURES
+from declared import BY_NAME
 from scipy.integrate import solve_ivp
 from scipy.sparse.linalg import LinearOperator
 from substep_derive.declare.symbols import K0, K_t
@@ -12,7 +12,7 @@ from substep_derive.declare.symbols import K0, K_t
 import substep as ss
 from substep.structures.examples import rotating_bar
 
-SCHEMES = [s.name for s in ON_STRUCTURES]
+SCHEMES = list(BY_NAME)
 START = 1e-3  # s, a small first step
 
 
@@ -168,7 +168,7 @@ def spring(**more: Any) -> dict[str, Any]:
 
 
 @pytest.mark.usefixtures("uncompiled")
-@pytest.mark.parametrize("scheme", ON_STRUCTURES, ids=lambda s: s.name)
+@pytest.mark.parametrize("scheme", BY_NAME.values(), ids=lambda s: s.name)
 def test_a_tangent_is_asked_for_by_schemes_that_take_it(scheme: Any) -> None:
     """Those whose kernel of a scene iterates, or whose declaration says so; the others give the same to the bit."""
     iterates = ss.march(ss.scene("duffing"), scheme.name, 0.01, 0.05).newton_iterations.any()

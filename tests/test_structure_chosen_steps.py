@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from declared import ON_STRUCTURES
+from declared import BY_NAME
 from plane_elements import shear_building
 from scipy.integrate import solve_ivp
 
@@ -77,7 +77,7 @@ def test_one_oscillator_takes_the_steps_of_the_scene(scheme: str, load: str) -> 
         assert np.abs(found.a - expected.a).max() < 1e-9
 
 
-@pytest.mark.parametrize("scheme", ON_STRUCTURES, ids=lambda s: s.name)
+@pytest.mark.parametrize("scheme", BY_NAME.values(), ids=lambda s: s.name)
 def test_steps_of_one_length_are_those_of_a_constant_step_or_the_scheme_is_refused(scheme: Any) -> None:
     h, n, damping = 2e-3, 12, "rayleigh" if scheme.takes_damping else "none"
     frame = replace(building(damping), loads=building(damping).loads[2:])  # others jump where some schemes take them

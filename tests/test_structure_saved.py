@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from declared import ON_STRUCTURES
+from declared import BY_NAME
 from scipy.sparse.linalg import LinearOperator
 from small_frame import PUSH, RECORD, K, M, frame
 
@@ -124,7 +124,7 @@ def test_forces_that_differ_in_their_damping_only_are_two_marches_also_from_rest
 
 
 @pytest.mark.filterwarnings("ignore:.* has (dissipated|gained)")
-@pytest.mark.parametrize("scheme", [s.name for s in ON_STRUCTURES])
+@pytest.mark.parametrize("scheme", list(BY_NAME))
 def test_a_saved_march_is_continued_to_a_later_end(tmp_path: Any, scheme: str) -> None:
     """Of every scheme, also from an end within the steps that another scheme marches for it."""
     loaded = frame(load=[PUSH, ([1.0, 0.0, 0.0], np.sin)])

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from declared import ON_STRUCTURES
+from declared import BY_NAME
 from dense_steps import march as dense_march
 from sympy import Symbol
 
@@ -42,7 +42,7 @@ def make(damping: str, **more: Any) -> ss.Structure:
 
 
 @pytest.mark.parametrize("damping", DAMPINGS)
-@pytest.mark.parametrize("scheme", ON_STRUCTURES, ids=lambda s: s.name)
+@pytest.mark.parametrize("scheme", BY_NAME.values(), ids=lambda s: s.name)
 def test_every_scheme_is_its_own_equations_on_matrices(scheme: Any, damping: str) -> None:
     """u, h v, h^2 a to 1e-11 of the largest of the three, at steps from which explicit schemes do not grow."""
     s, h = system(), 0.5 / 30.0

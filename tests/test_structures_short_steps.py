@@ -5,7 +5,6 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from declared import TOGETHER
 from dense_steps import march as dense_march
 from substep_derive.declare.schemes import ALL
 from sympy import Symbol
@@ -17,11 +16,7 @@ from substep.structures.march.steps import Run
 M = np.array([[2.0, 0.3], [0.3, 1.0]])
 STIFFNESS = np.array([[3.0, -1.0], [-1.0, 2.0]])
 START = np.array([[1.0, -0.5], [0.3, 0.7]])  # u, and v/Omega
-IMPLICIT = [
-    s
-    for s in ALL
-    if s.name not in TOGETHER and any(x.linear_stiffness[x.place] for x in step_of(ss.scheme(s.name), 1.0).systems)
-]
+IMPLICIT = [s for s in ALL if any(x.implicit for x in step_of(ss.scheme(s.name), 1.0).systems)]
 FEW, MANY = 1.0, 1e-4  # Omega of a step without, and with, the product with K
 
 
@@ -66,6 +61,6 @@ def test_one_product_a_balance_unless_a_step_is_short(scheme: Any) -> None:
         s, handle = damped(Omega, rayleigh), ss.scheme(scheme.name)
         plan = step_of(handle, 1.0)
         for system, solver in zip(plan.systems, Run(s, handle, 1.0).prepared(plan).systems, strict=True):
-            if system.linear_stiffness[: system.place].any() and system.linear_stiffness[system.place]:
+            if system.linear_stiffness[: system.place].any() and system.implicit and not system.together:
                 assert len(solver.matrices) <= len(names)  # type: ignore[union-attr]
                 assert any(matrix is s.K for matrix in solver.matrices) == ("K" in names)  # type: ignore[union-attr]

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from declared import ON_STRUCTURES
+from declared import BY_NAME
 from plane_elements import cantilever, shear_building
 
 import substep as ss
@@ -43,7 +43,7 @@ def accounts_differ(found: Any, expected: Any, stride: int = 1) -> float:
 
 @pytest.mark.usefixtures("plain_marches")
 @pytest.mark.filterwarnings("ignore:.* is unstable at omega")  # the equality holds there as well
-@pytest.mark.parametrize("scheme", ON_STRUCTURES, ids=lambda s: s.name)
+@pytest.mark.parametrize("scheme", BY_NAME.values(), ids=lambda s: s.name)
 def test_every_mode_is_the_single_oscillator_and_all_modes_the_direct_march(scheme: Any) -> None:
     frame, h, n = building(scheme.takes_damping), 0.012, 40
     modes, start = frame.modes(6), frame.modes(6).start

@@ -1,4 +1,4 @@
-"""Schemes whose balances are solved together, on scenes: orders, energy, SciPy's Radau, and what is refused by name."""
+"""Schemes whose balances are solved together, on scenes: orders, energy, SciPy's Radau; what is refused by name."""
 
 import os
 
@@ -7,6 +7,9 @@ import pytest
 from declared import BY_NAME, TOGETHER
 from scipy.integrate import solve_ivp
 from scipy.integrate._ivp import radau
+from substep_derive import DeclarationError
+from substep_derive.kernels.scalar_step import ScalarStep
+from substep_derive.motion.plan import Plan
 from substep_kernels.facts import CATALOGUE
 
 import substep as ss
@@ -85,8 +88,11 @@ def test_the_energy_error_of_gauss_is_bounded(periods: int) -> None:
 @pytest.mark.parametrize("name", TOGETHER)
 def test_it_is_refused_by_name_where_it_has_no_step(name: str) -> None:
     assert ss.scheme(name).info.together
-    frame = ss.structure(np.eye(2), [[2.0, -1.0], [-1.0, 2.0]], u0=[1.0, 0.0])
-    with pytest.raises(ValueError, match=f"{name} solves its balances together: .* on a structure; take one"):
-        ss.march(frame, name, dt=0.1, t_end=1.0)
     with pytest.raises(ValueError, match=f"{name} solves balances together: .* with constraints"):
         ss.march(ss.scene("rod_pendulum"), BY_NAME[name], dt=0.01, t_end=0.1)
+
+
+def test_no_file_of_another_language_is_printed() -> None:
+    plan = Plan.of(BY_NAME["radau_iia2"])
+    with pytest.raises(DeclarationError, match=r"radau_iia2 solves balances together: .* in a file of one language"):
+        ScalarStep.of(plan)

@@ -10,8 +10,10 @@ from dataclasses import dataclass, replace
 
 from sympy import Expr, Integer, Symbol
 
+from ..declare.errors import DeclarationError
 from ..declare.names import python_name
 from ..motion.plan import Combination, Plan, Row, System
+from ..step.step import Step
 
 MASS, DAMPING, STIFFNESS = Symbol("mass"), Symbol("damping"), Symbol("stiffness")
 Assignment = tuple[Symbol, Expr]
@@ -72,7 +74,15 @@ class ScalarStep:
 
     @classmethod
     def of(cls, plan: Plan) -> "ScalarStep":
-        """The plan's step, with names that a program can have."""
+        """The plan's step, with names that a program can have.
+
+        Raises DeclarationError for a scheme that solves balances together.
+        """
+        if any(not stage.alone for stage in Step.of(plan.scheme).stages):
+            raise DeclarationError(
+                f"{plan.scheme.name} solves balances together: expected balances that are solved one after the other "
+                "in a file of one language, got several; take a composite scheme"
+            )
         w = _Scalars(plan)
         for o in plan.operations:
             w.add(o)

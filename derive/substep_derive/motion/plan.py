@@ -2,7 +2,8 @@
 
 Every vector that a step computes is either a combination of vectors known before, or the solution of one system
 M x_a + C x_v + K0 x_k + sum of w N(x_u) = load, where x_a, x_v, x_k and x_u combine the unknown and known vectors.
-A balance is such a system, solved for its new acceleration; so is a coefficient that is a quotient of matrices, such
+A balance is such a system, solved for its new acceleration; balances that are solved together are several, one after
+another, which read each other's. So is a coefficient that is a quotient of matrices, such
 as alpha_1 = (M + gamma h C + beta h^2 K0)^-1 M of Kolay & Ricles (2014), whose denominator is never inverted.
 
 Where the internal force has a memory, it is committed after a system that ends a sub-step, and at the end of the step,
@@ -94,12 +95,9 @@ class Plan:
     no_memory: str = ""
 
     @classmethod
-    def of(cls, scheme: Scheme, together: bool = False) -> "Plan":
-        """The plan of a step. Raises DeclarationError for coefficients that a plan has no systems for.
-
-        It does so for balances that are solved together, too, unless `together` says that their systems may be joined.
-        """
-        return _plan(scheme, together)
+    def of(cls, scheme: Scheme) -> "Plan":
+        """The plan of a step. Raises DeclarationError for coefficients that a plan has no systems for."""
+        return _plan(scheme)
 
     @classmethod
     def of_start(cls, scheme: Scheme) -> "Plan | None":
@@ -114,7 +112,7 @@ class Plan:
 
 
 @cache
-def _plan(scheme: Scheme, together: bool) -> Plan:
+def _plan(scheme: Scheme) -> Plan:
     near = scheme.in_doubles
     step = Step.of(near)
     w = _Writer(near, passed(step))
@@ -126,7 +124,7 @@ def _plan(scheme: Scheme, together: bool) -> Plan:
     for s, e in step.prior.items():
         w.combine(s, e)
     for k, stage in enumerate(step.stages):
-        w.stage(stage, together)
+        w.stage(stage)
         w.commit(stage, ends)
         w.press(step, k)
     out = {s: w.row(after) for s, after in zip(step.state, step.after, strict=True)}
@@ -182,13 +180,8 @@ class _Writer:
             found[self.quotients[den, scaled]] = scale
         return found
 
-    def stage(self, stage: Stage, together: bool) -> None:
+    def stage(self, stage: Stage) -> None:
         """What moves with the stage's z, then its balances, each as a system for its z."""
-        if not (stage.alone or together):
-            raise self._refused(
-                "balances that are solved one after the other",
-                f"{len(stage.z)} that are solved together; take a composite scheme, or march it on a scene",
-            )
         for s, e in stage.in_z.items():
             for z in stage.z:
                 if e.diff(z).free_symbols & set(MATRICES):
@@ -201,6 +194,8 @@ class _Writer:
 
     def _balance(self, stage: Stage, balance: Balance, z: Symbol) -> None:
         """The balance as a system for its z; one whose inertia has matrices in it as two, see the module."""
+        if not stage.alone and (found := balance.symbols & set(MATRICES)):
+            raise self._refused("no matrix in balances that are solved together", ", ".join(sorted(map(str, found))))
         forces, differences = self._forces(balance.force)
         loads = tuple((w, cast(Expr, atom.args[0])) for atom, w in self._terms(balance.load))
         system = System(z, {}, self.row(balance.damping), {}, forces, differences, loads)
@@ -208,7 +203,7 @@ class _Writer:
         if not any(coefficient.free_symbols & set(MATRICES) for _, coefficient in terms):
             self.operations.append(replace(system, inertia=dict(terms)))
             return
-        if not stage.alone or stage.c_u() != 0 or balance.damping.subs(stage.in_z).has(z):
+        if stage.c_u() != 0 or balance.damping.subs(stage.in_z).has(z):
             raise self._refused("an explicit balance where its inertia contains matrices", balance.inertia)
         quotients = [(s, self._quotient(coefficient)) for s, coefficient in terms]
         denominators = {den for _, (_, den) in quotients if den is not None}
@@ -235,8 +230,10 @@ class _Writer:
 
         The velocity there is that of the knot, or where the step has none that at which the stage takes the force.
         """
-        balance = stage.balances[-1]
-        moves = {s for one in stage.balances for atom in one.force.atoms(N) for s in atom.free_symbols}
+        if not stage.alone:  # none ends with it
+            return
+        (balance,) = stage.balances
+        moves = {s for atom in balance.force.atoms(N) for s in atom.free_symbols}
         system, found = self.operations[-1], []
         for end in (end for end in ends if end.u in moves):
             v = knot((knot_of(end.u) or "")[1]).v

@@ -59,7 +59,7 @@ def _scheme(scheme: Scheme, text: Text) -> dict[str, Any]:
     values = near_values(ParameterSet.of(scheme, None, {}))
     own = {s.name: text(s) for s in scheme.values}
     about = {"reference": scheme.reference, "synonyms": scheme.synonyms, "digest": scheme_digest(scheme)}
-    plans = {"step": Plan.of(scheme, together=True), "start": Plan.of_start(scheme)}
+    plans = {"step": Plan.of(scheme), "start": Plan.of_start(scheme)}
     return {
         "name": scheme.name,
         "about": json.dumps(about, ensure_ascii=False),

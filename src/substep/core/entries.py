@@ -74,7 +74,7 @@ class SchemeInfo:
     are the state; "function", the module's `start` computes it; "scheme", another scheme marches the first steps.
     starter: with "scheme" only, that scheme's name in the catalogue and its parameters; an empty name stands for the
     declaration's `start_scheme`. damping: whether it takes any; one that does not is for u'' = g(t, u). together:
-    whether balances are solved together, which scenes do and structures do not. decided: parameters that another one
+    whether balances are solved together. decided: parameters that another one
     decides where it is given, and how. declaration: of a scheme of the user's own.
     """
 

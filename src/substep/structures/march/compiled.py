@@ -166,9 +166,14 @@ class CompiledSteps:
 
 
 def takes(run: Run) -> bool:
-    """Whether the kernel takes it: not another internal force, a large structure, nor a solver of the user's."""
+    """Whether the kernel takes it: not another internal force, a large structure, nor a solver of the user's.
+
+    Nor does it solve balances together.
+    """
     s, force = run.structure, run.structure.internal
-    if not isinstance(force, RememberingForce) or force.springs is None or force.material is not None or s.contacts:
+    if run.scheme.info.together or s.contacts:
+        return False
+    if not isinstance(force, RememberingForce) or force.springs is None or force.material is not None:
         return False
     if max(s.size, force.springs.size) > SMALL or s.solver not in ("auto", "dense") or not compiles():
         return False

@@ -204,10 +204,17 @@ def _whole_radius(scheme: Scheme, stiffness: Array, damping: Array, h: float) ->
     steps, m = step_of(scheme, h), len(stiffness)
     X = np.zeros((steps.vectors, m, steps.given * m))
     X[: steps.given] = np.eye(steps.given * m).reshape(steps.given, m, -1)
-    for system in steps.systems:
-        rows = (np.eye(m), system.inertia), (damping, system.damping), (np.diag(stiffness), system.linear_stiffness)
-        right = sum(A @ np.tensordot(row[: system.place], X[: system.place], 1) for A, row in rows)
-        X[system.place] = np.linalg.solve(sum(row[system.place] * A for A, row in rows), -right)
+    for group in steps.groups:
+        unknown = group[0].unknowns
+        known = slice(unknown.start)
+        parts = [
+            (np.eye(m), np.array([s.inertia for s in group])),
+            (damping, np.array([s.damping for s in group])),
+            (np.diag(stiffness), np.array([s.linear_stiffness for s in group])),
+        ]
+        right = sum(A @ np.tensordot(rows[:, known], X[known], 1) for A, rows in parts)
+        whole = sum(np.kron(rows[:, unknown], A) for A, rows in parts)
+        X[unknown] = np.linalg.solve(whole, -right.reshape(len(whole), -1)).reshape(len(group), m, -1)
     scale = np.repeat([h**kind for kind, _ in scheme.history], m)  # u, h*v, h^2*a are of one size
     step = np.tensordot(steps.out, X, 1).reshape(steps.given * m, -1)
     return float(np.abs(np.linalg.eigvals(scale[:, None] * step / scale)).max())

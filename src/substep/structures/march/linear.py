@@ -13,6 +13,7 @@ loses the digits by which m/k is greater than the squares of the frequencies. Th
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -35,9 +36,9 @@ class Factors:
     known: list[tuple[Array, Callable[[Array], Array]]] = field(default_factory=list)
 
     def scaled(
-        self, structure: Model, m: float, c: float, k: float, what: str
-    ) -> tuple[float, Callable[[Array], Array]]:
-        """A scale, and the function b -> (m M + c C + k K)^-1 scale b."""
+        self, structure: Model, m: complex, c: complex, k: complex, what: str
+    ) -> tuple[Any, Callable[[Array], Array]]:
+        """A scale, and the function b -> (m M + c C + k K)^-1 scale b; complex where one of the numbers is."""
         parts, scale = np.array([m, c, k]), k or m
         ratios = parts / scale
         for other, solve in self.known:
@@ -68,13 +69,7 @@ class LinearSystem:
     @classmethod
     def of(cls, s: Model, system: System, last: bool, factors: Factors, what: str) -> "LinearSystem":
         """From a system of the plan, the last one or not. Raises ValueError for a singular effective matrix."""
-        j = system.place
-        by = {"M": system.inertia.copy(), "C": system.damping.copy(), "K": system.linear_stiffness}
-        if isinstance(s.C, Rayleigh):
-            by["M"] += s.C.alpha * by["C"]
-            by["K"] += s.C.beta * by["C"]
-        if s.C is None or isinstance(s.C, Rayleigh):
-            by["C"] = np.zeros_like(by["C"])
+        j, by = system.place, rows_by_matrix(s, system)
         m, c, k = (float(row[j]) for row in by.values())
         known = {name: -row[:j] for name, row in by.items()}
         rest = np.zeros(j)
@@ -113,3 +108,14 @@ class LinearSystem:
             X[j] = z
         if pressing is not None:
             pressing.press(X, self.factors, self.scale)
+
+
+def rows_by_matrix(s: Model, system: System) -> dict[str, Array]:
+    """The rows (V,) of what M, C and K multiply, Rayleigh damping being part of those of M and K."""
+    by = {"M": system.inertia.copy(), "C": system.damping.copy(), "K": system.linear_stiffness}
+    if isinstance(s.C, Rayleigh):
+        by["M"] += s.C.alpha * by["C"]
+        by["K"] += s.C.beta * by["C"]
+    if s.C is None or isinstance(s.C, Rayleigh):
+        by["C"] = np.zeros_like(by["C"])
+    return by

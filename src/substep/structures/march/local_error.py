@@ -71,12 +71,13 @@ def filtered(march: StructureSteps, error: Array) -> Array:
     """The error times the effective matrix's part without stiffness over all of it, of the last implicit balance.
 
     It is bounded where a mode is stiff, and equal for small steps. Shampine & Baca, Appl. Numer. Math. 1 (1985)
-    495-506. A nonlinear structure takes the factors of its last iteration.
+    495-506. A nonlinear structure takes the factors of its last iteration. What balances that are solved together give
+    is left as it is, as on scenes.
     """
     s = march.run.structure
     for system, solver in list(zip(march.steps.systems, march.systems, strict=True))[::-1]:
         j = system.place
-        if system.balance and system.linear_stiffness[j] != 0.0 and solver.solve is not None:
+        if system.balance and system.implicit and solver.solve is not None:
             free = float(system.inertia[j]) * (s.M @ error)
             if s.C is not None and system.damping[j] != 0.0:
                 free += float(system.damping[j]) * (s.damping @ error)

@@ -134,16 +134,14 @@ class NonlinearSystem:
             return z if pressing is None or more is None else z + pressing.moved @ more
         return self._iterated(X, known, t, pressing)
 
-    def _iterated(self, X: Array, known: Array, t: float, pressing: Pressing | None) -> Array:
-        row, j = self._displaced(), self.place
-        reach = abs(float(row[j])) or 1.0
-        z = (X[0] - combined(row[None, :j], X[:j])[0]) / row[j] if row[j] else np.zeros(X.shape[1])
+    def _iterated(self, X: Array, known: Array, t: float, pressing: Pressing | None = None) -> Array:
+        row, reach, z = self._displaced(), self._reach or 1.0, self._begun(X)
         residual = self._residual(X, z, known, t)
         self.released = False
         previous, fresh = 0.0, False  # the size of the correction before, 0 if it was another tangent's
         for self.count in range(1, ITERATIONS + 1):
             if self.solve is None or self.iteration.full or self.internal.remembers:
-                self.taken = t, np.array([self._at(self.system.velocity, X, z), *self._displacements(X, z)])
+                self.taken = t, np.array(self._where(X, z))
                 try:
                     self.solve, fresh = self._factorized(*self.taken), True
                 except ValueError as error:
@@ -186,7 +184,7 @@ class NonlinearSystem:
         """
         residual = self._residual(X, z + change, known, t)
         if self.internal.remembers:
-            size = abs(float(self._displaced()[self.place])) * float(np.abs(change).max())
+            size = self._reach * float(np.abs(change).max())
             if size > (EXACT if self.internal.reads > 1 else ROUNDING) * self.largest:
                 change, residual = self._not_too_far(X, z, change, old, residual, known, t)
             return z + change, residual, change
@@ -226,6 +224,20 @@ class NonlinearSystem:
     def _displaced(self) -> Array:
         """The row of the displacement that moves most with the unknown."""
         return max(self.system.displacements, key=lambda row: abs(row[self.place]))
+
+    @property
+    def _reach(self) -> float:
+        """How far the unknown moves that displacement."""
+        return abs(float(self._displaced()[self.place]))
+
+    def _begun(self, X: Array) -> Array:
+        """Where the iteration starts: with that displacement at the last position, if it moves."""
+        row, j = self._displaced(), self.place
+        return (X[0] - combined(row[None, :j], X[:j])[0]) / row[j] if row[j] else np.zeros(X.shape[1])
+
+    def _where(self, X: Array, z: Array) -> list[Array]:
+        """Where tangents are taken: for v and displacements."""
+        return [self._at(self.system.velocity, X, z), *self._displacements(X, z)]
 
     def _linear(self, X: Array) -> Array:
         """What matrices multiply of the vectors before the unknown."""
@@ -310,7 +322,7 @@ class NonlinearSystem:
         """Whether the change was that of a linear system: no slope of a spring is another one, and nothing is left."""
         if self.branches is None or np.abs(residual).max() > LINE * np.abs(before).max():
             return False
-        at = np.array([self._at(self.system.velocity, X, z), *self._displacements(X, z)])
+        at = np.array(self._where(X, z))
         return self.branches.last is not None and np.array_equal(self._of_springs(t, at), self.branches.last)
 
     def _unbalanced(self, residual: Array, known: Array, z: Array) -> bool:

@@ -77,7 +77,7 @@ def require_suited(structure: Model, scheme: Scheme, h: float) -> None:
                 if why := why_no_contact(one, restitution=restitution):
                     raise ValueError(why)
             require_error_decay("a structure with contacts", one)
-        if len(structure.massless) and not any(x.linear_stiffness[x.place] for x in systems):
+        if len(structure.massless) and not any(x.implicit for x in systems):
             raise ValueError(
                 f"{who} is explicit: expected mass at each degree of freedom, got none at "
                 f"{structure.named(int(structure.massless[0]))}; condense such degrees of freedom, or take an implicit "

@@ -52,9 +52,10 @@ class Touch(NamedTuple):
 class System:
     """M inertia + C damping + K0 stiffness + sum of w N(u) + .. = sum of w f(t_n + tau h), rows (V,).
 
-    place: of its unknown among the vectors; entries beyond it are 0. balance: whether it is one of the scheme's
-    balances, not a quotient of matrices. differences: triples of a discrete gradient between two displacements; loads:
-    pairs (w, tau); commits: where sub-steps end with it. touch: where a reaction acts that it is solved for.
+    place: of its unknown among the vectors. unknowns: places of those of the systems that are solved together, its own
+    alone for most; entries beyond them are 0. balance: whether it is one of the scheme's balances, not a quotient of
+    matrices. differences: triples of a discrete gradient between two displacements; loads: pairs (w, tau); commits:
+    where sub-steps end with it. touch: where a reaction acts that it is solved for.
     """
 
     place: int
@@ -65,8 +66,14 @@ class System:
     forces: tuple[Force, ...]
     differences: tuple[tuple[float, Array, Array], ...]
     loads: tuple[tuple[float, float], ...]
-    commits: tuple[Commit, ...] = ()
+    commits: tuple[Commit, ...]
+    unknowns: slice
     touch: Touch | None = None
+
+    @property
+    def rows(self) -> tuple[Array, ...]:
+        """Of all that it reads."""
+        return self.inertia, self.damping, self.stiffness, *self.displacements
 
     @property
     def displacements(self) -> list[Array]:
@@ -83,9 +90,19 @@ class System:
         return self.damping / (round(total, 12) or 1.0)
 
     def moves_force(self, of_velocity: bool) -> bool:
-        """Whether the internal force, of displacements or of velocities too, depends on the unknown."""
-        moved = any(row[self.place] for row in self.displacements)
-        return moved or (of_velocity and bool(self.displacements) and self.damping[self.place] != 0.0)
+        """Whether the internal force, of displacements or of velocities too, depends on the unknowns."""
+        moved = any(row[self.unknowns].any() for row in self.displacements)
+        return moved or (of_velocity and bool(self.displacements) and self.damping[self.unknowns].any())
+
+    @property
+    def together(self) -> bool:
+        """Whether it is solved together with others."""
+        return self.unknowns.stop - self.unknowns.start > 1
+
+    @property
+    def implicit(self) -> bool:
+        """Whether K multiplies an unknown, where the structure is linear."""
+        return bool(self.linear_stiffness[self.unknowns].any())
 
     @cached_property
     def instant(self) -> float:
@@ -125,6 +142,14 @@ class Steps:
     def vectors(self) -> int:
         """V, the vectors of the state and the unknowns, and those behind them."""
         return self.given + len(self.systems) + self.more
+
+    @property
+    def groups(self) -> list[list[System]]:
+        """The systems that are solved together, most of them alone, in their order."""
+        found = dict[int, list[System]]()
+        for s in self.systems:
+            found.setdefault(s.unknowns.start, []).append(s)
+        return list(found.values())
 
     @property
     def repeated(self) -> int | None:
@@ -185,15 +210,7 @@ def _values(scheme: Scheme, module: ModuleType) -> list[float]:
 
 
 def _module(scheme: Scheme) -> ModuleType:
-    """The generated plan; one that is not committed is printed on first use.
-
-    Raises ValueError for a scheme that solves balances together.
-    """
-    if scheme.info.together:
-        raise ValueError(
-            f"{scheme.name} solves its balances together: expected a scheme that solves them one after the other on a "
-            "structure; take one, such as three_substep_third_order, or march it on a scene"
-        )
+    """The generated plan; one that is not committed is printed on first use."""
     if scheme.info.declaration is None:
         return _in_catalogue(scheme.kernels.NAME)
     from ...derived.modules import own_plan_module  # noqa: PLC0415 (the one door to SymPy)
@@ -247,7 +264,7 @@ def _steps(
         at_start = ({"u_0": 1.0, "v_0": h * instant}, {"v_0": 1.0}) if "v_0" in places else ({}, {})
         return Touch(np.array([row(x) for x in (u, v, *at_start)]), float(share))
 
-    systems = []
+    systems = list[System]()
     for kind, name, body in operations:
         if kind == "combine":
             rows[name] = row(body)
@@ -261,9 +278,21 @@ def _steps(
                 tuple((float(w), row(old), row(new)) for w, old, new in body.get("N_discrete", ())),
                 tuple((float(w), float(tau)) for w, tau in body.get("f", ())),
                 tuple(commits(body.get("commit", ()))),
+                slice(0),
                 touch(*body["contact"]) if "contact" in body else None,
             )
         )
     made, reported = (np.reshape([row(r) for r in x.values()], (-1, len(places))) for x in (out, report))
     kinds = np.array([name.startswith("a_") for name in out])
-    return Steps(len(given), tuple(systems), made, reported, rows, h * (1.0 - committed[-1][1]), kinds)
+    return Steps(len(given), _grouped(systems), made, reported, rows, h * (1.0 - committed[-1][1]), kinds)
+
+
+def _grouped(systems: Sequence[System]) -> tuple[System, ...]:
+    """With the places of the unknowns of systems that read each other's; these stand one after another."""
+    found = list[System]()
+    while len(found) < len(systems):
+        group = [systems[len(found)]]
+        while any(row[group[-1].place + 1 :].any() for s in group for row in s.rows):
+            group.append(systems[len(found) + len(group)])
+        found += [replace(s, unknowns=slice(group[0].place, group[-1].place + 1)) for s in group]
+    return tuple(found)

@@ -57,7 +57,7 @@ class ChosenSteps:
         self.forces = Forces(s, self.t, t_end)
         changing = [
             x for x in step_of(scheme, t_end).systems
-            if x.linear_stiffness[x.place] != 0.0 or (s.C is not None and x.damping[x.place] != 0.0)
+            if x.implicit or (s.C is not None and x.damping[x.unknowns].any())
         ]  # fmt: skip
         self.rung = asked.rung if asked.rung is not None else math.sqrt(2.0) if changing else 0.0
         self.low: float = step_control()._kept_from(self.rung, self.power)  # size from which on a step keeps its length

@@ -16,9 +16,13 @@ from ..model.model import Model
 from ..solvers.combine import combined
 from .linear import Factors, LinearSystem
 from .newton import Iteration, NonlinearSystem, Tangent
+from .newton_together import NonlinearTogether
 from .pressing import Pressing, pressed
 from .scheme_plan import Steps, System, start_of
+from .together import Joined, Together
 from .velocity import Watch
+
+Solver = LinearSystem | NonlinearSystem | Joined | Together
 
 
 @dataclass(frozen=True)
@@ -32,7 +36,7 @@ class StructureSteps:
 
     run: "Run"
     steps: Steps
-    systems: tuple[LinearSystem | NonlinearSystem, ...]
+    systems: tuple[Solver, ...]
     repeated: int | None
     watch: Watch | None
     memories: list[Memory]
@@ -149,8 +153,9 @@ class StructureSteps:
 
     @property
     def counts(self) -> list[int]:
-        """The iterations of each balance in the last step."""
-        return [solver.count for system, solver in zip(self.steps.systems, self.systems, strict=True) if system.balance]
+        """The iterations of each balance in the last step; of those that are solved together, at the first one."""
+        pairs = zip(self.steps.systems, self.systems, strict=True)
+        return [solver.count if x.place == x.unknowns.start else 0 for x, solver in pairs if x.balance]
 
 
 @dataclass(frozen=True)
@@ -203,8 +208,9 @@ class Run:
         """The plan on the structure. Raises ValueError for a singular effective matrix."""
         before, repeated, memories = steps, steps.repeated, list[Memory]()
         systems = tuple(
-            self._system(system, system is steps.systems[-1] and system.place != repeated, memories)
-            for system in steps.systems
+            solver
+            for group in steps.groups
+            for solver in self._solvers(group, group[-1] is steps.systems[-1] and group[0].place != repeated, memories)
         )
         for solver in systems[-1:]:
             if isinstance(solver, LinearSystem):
@@ -213,7 +219,17 @@ class Run:
         steps, pressings = pressed(self.structure, steps, before)
         return StructureSteps(self, steps, systems, repeated, watch, memories, pressings)
 
-    def _system(self, system: System, last: bool, memories: list[Memory]) -> LinearSystem | NonlinearSystem:
+    def _solvers(self, group: Sequence[System], last: bool, memories: list[Memory]) -> Sequence[Solver]:
+        """Of systems that are solved together, the last of the step or not."""
+        if len(group) > 1:
+            if self.structure.internal is not None:
+                whole = NonlinearTogether.of(self.structure, group, self.h, self.iteration, memories)
+            else:
+                whole = Together.of(self.structure, group, self.factors, self.scheme.name)
+            return [*(Joined(system.place, whole) for system in group[:-1]), whole]
+        return [self._solver(group[0], last, memories)]
+
+    def _solver(self, system: System, last: bool, memories: list[Memory]) -> LinearSystem | NonlinearSystem:
         if self.structure.internal is not None and system.displacements:
             return NonlinearSystem(self.structure, system, self.structure.internal, self.iteration, memories)
         return LinearSystem.of(self.structure.at_start, system, last, self.factors, f"a step of {self.scheme.name}")

@@ -301,7 +301,7 @@ class Model:
         return f"Structure({self.size} free of {self.T.shape[0]} degrees of freedom, {len(self.loads)} loads)"
 
 
-def sum_of_matrices(structure: Model, m: float, c: float, k: float) -> Matrix:
+def sum_of_matrices(structure: Model, m: complex, c: complex, k: complex) -> Matrix:
     """m M + c C + k K."""
     terms = [(m, structure.M), (k, structure.K)]
     if c != 0.0 and structure.C is not None:

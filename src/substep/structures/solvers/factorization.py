@@ -78,13 +78,13 @@ def _by_products(matrix: Any, solver: Solver) -> Solve:
 def _residual(matrix: Matrix, solve: Solve, b: Array) -> float:
     """Relative to b; NaN where the solution is not finite."""
     with np.errstate(all="ignore"):
-        left = matrix @ solve(b) - b
+        left, b = np.abs(matrix @ solve(b) - b), np.abs(b)
         return float(np.sqrt(np.divide(dot(left, left), dot(b, b))))
 
 
 def _chosen(matrix: Matrix, solver: Solver) -> Solve:
     if callable(solver):
-        solve = solver(matrix)
+        solve = _in_real_numbers(matrix, solver) if np.iscomplexobj(matrix) else solver(matrix)
         if not callable(solve):
             raise ValueError(f"expected the solver to return a function b -> x, got {type(solve).__name__}; return one")
         return solve
@@ -108,12 +108,12 @@ def krylov(matrix: Any, near: Solve | None = None) -> Solve:
     def prepared(b: Array) -> Array:
         return b if near is None else near(b)
 
-    closer = LinearOperator(matrix.shape, matvec=lambda x: prepared(matrix @ x.ravel()), dtype=np.float64)  # type: ignore[call-arg]
+    closer = LinearOperator(matrix.shape, matvec=lambda x: prepared(matrix @ x.ravel()), dtype=matrix.dtype)  # type: ignore[call-arg]
 
     def solve(b: Array) -> Array:
         if b.ndim == 2:
             return np.stack([solve(column) for column in b.T], axis=-1)
-        x, left = np.zeros(len(b)), prepared(b)
+        x, left = np.zeros(len(b), matrix.dtype), prepared(b)
         size = smallest = float(np.linalg.norm(left))
         for _ in range(ROUNDS):
             if not smallest > SOLVED * size:
@@ -140,14 +140,34 @@ def dense(matrix: Matrix) -> Solve:
 
     n, full = matrix.shape[0], matrix
     if n > DENSE:
-        require_factors(n, 8.0 * n * n * (1 if isinstance(matrix, np.ndarray) else 2))
+        require_factors(n, float(matrix.dtype.itemsize) * n * n * (1 if isinstance(matrix, np.ndarray) else 2))
     if not isinstance(matrix, np.ndarray):
         full = matrix.toarray()
+    factorized, solved = linalg.lapack.get_lapack_funcs(("getrf", "getrs"), (full,))
     with np.errstate(all="ignore"):
-        lu, pivots, info = linalg.lapack.dgetrf(full)
+        lu, pivots, info = factorized(full)
     if info > 0:
         raise np.linalg.LinAlgError(f"pivot {info} is 0")
-    return lambda b: linalg.lapack.dgetrs(lu, pivots, b)[0]
+    return lambda b: solved(lu, pivots, b)[0]
+
+
+def _in_real_numbers(matrix: Matrix, solver: Callable[[Matrix], Solve]) -> Solve:
+    """The solution with a complex matrix by a solver of the user's, of a real matrix, symmetric if it is.
+
+    Each complex equation is two real ones, the second one with the other sign.
+    """
+    from scipy import sparse  # noqa: PLC0415
+
+    product: Any = np.kron if isinstance(matrix, np.ndarray) else sparse.kron
+    solve = solver(product(matrix.real, [[1.0, 0.0], [0.0, -1.0]]) - product(matrix.imag, [[0.0, 1.0], [1.0, 0.0]]))
+    if not callable(solve):
+        return solve
+
+    def solved(b: Array) -> Array:
+        right = np.ascontiguousarray(b.conj().T, dtype=complex).view(np.float64).T
+        return np.ascontiguousarray(solve(right).T).view(complex).T
+
+    return solved
 
 
 def superlu(matrix: Matrix) -> Solve:
@@ -160,20 +180,20 @@ def superlu(matrix: Matrix) -> Solve:
     options: dict[str, Any] = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}} if symmetric else {}
     if not find_spec("pymetis"):
         options["permc_spec"] = "MMD_AT_PLUS_A"
-        if not _would_fit(matrix.shape[0], 2 * 8):
+        if not _would_fit(matrix.shape[0], 2 * A.dtype.itemsize):
             with suppress(RuntimeError):  # of a pivot that is 0, of which the factorization itself tells
                 order = _own_order(A, options)
-                _require_fill(sparse.csc_array(A[order][:, order]), 2 * 8)
+                _require_fill(sparse.csc_array(A[order][:, order]), 2 * A.dtype.itemsize)
         return splu(A, **options).solve
     import pymetis  # noqa: PLC0415
 
     order = _graph_order(pymetis, A)
     ordered = sparse.csc_array(A[order][:, order])
-    _require_fill(ordered, 2 * 8)  # the numbers of both factors, without their indices
+    _require_fill(ordered, 2 * A.dtype.itemsize)  # the numbers of both factors, without their indices
     lu = splu(ordered, permc_spec="NATURAL", **options)
 
     def solve(b: Array) -> Array:
-        x = np.empty_like(b)
+        x = np.empty(b.shape, A.dtype)
         x[order] = lu.solve(b[order])
         return x
 
@@ -237,7 +257,7 @@ def cholmod(matrix: Matrix) -> Solve:
     from scipy import sparse  # noqa: PLC0415
 
     A = sparse.csc_array(matrix)
-    if asymmetry(A) > 1e-14:
+    if asymmetry(A) > 1e-14 or np.iscomplexobj(A):
         return superlu(matrix)
     lower = sparse.coo_array(sparse.tril(A))
     given = cvxopt.spmatrix(lower.data, *(i.astype(np.int64) for i in lower.coords), A.shape)

@@ -88,7 +88,7 @@ def reduced(matrix: Matrix, T: Matrix) -> Matrix:
     return rows
 
 
-def combination(terms: Sequence[tuple[float, Matrix]]) -> Matrix:
+def combination(terms: Sequence[tuple[complex, Matrix]]) -> Matrix:
     """The sum of factor * matrix; terms with the factor 0 are left out. One of low rank stays beside the others."""
     from scipy.sparse.linalg import aslinearoperator  # noqa: PLC0415
 

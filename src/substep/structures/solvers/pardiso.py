@@ -16,6 +16,7 @@ from ...core.memory import require_factors
 from .matrices import Matrix, asymmetry
 
 POSITIVE_DEFINITE, SYMMETRIC, UNSYMMETRIC = 2, -2, 11  # types of a real matrix
+COMPLEX_SYMMETRIC, COMPLEX = 6, 13
 ANALYSE, FACTORIZE, SOLVE, RELEASE = 11, 22, 33, -1  # phases
 NOT_POSITIVE_DEFINITE = -4  # or singular
 ERRORS = {
@@ -44,11 +45,12 @@ class Pardiso:
 
         self._library = _library()
         A = sparse.csr_matrix(matrix)
+        complex_numbers = np.iscomplexobj(A)
         if asymmetry(A) > 1e-14:
-            self._factorize(A, UNSYMMETRIC)
+            self._factorize(A, COMPLEX if complex_numbers else UNSYMMETRIC)
             return
         upper = sparse.csr_matrix(sparse.triu(A))
-        if definite:
+        if definite and not complex_numbers:
             try:
                 self._factorize(upper, POSITIVE_DEFINITE)
                 return
@@ -56,7 +58,7 @@ class Pardiso:
                 if error.code != NOT_POSITIVE_DEFINITE:
                     raise
                 self._release()
-        self._factorize(upper, SYMMETRIC)
+        self._factorize(upper, COMPLEX_SYMMETRIC if complex_numbers else SYMMETRIC)
 
     @property
     def negative(self) -> int:
@@ -70,8 +72,9 @@ class Pardiso:
         self._kind = ctypes.c_int32(kind)
         self._handle = np.zeros(64, np.int64)
         self._parameters = np.zeros(64, np.int32)
-        pivots = 13 if kind == UNSYMMETRIC else 8
-        for place, value in {1: 1, 2: 2, 10: pivots, 11: kind == UNSYMMETRIC, 13: kind == UNSYMMETRIC, 21: 1}.items():
+        unsymmetric = kind in (UNSYMMETRIC, COMPLEX)
+        pivots = 13 if unsymmetric else 8
+        for place, value in {1: 1, 2: 2, 10: pivots, 11: unsymmetric, 13: unsymmetric, 21: 1}.items():
             self._parameters[place - 1] = value  # METIS's order; no refinement unless a pivot was perturbed
         kept = (self._handle, self._values, self._rows, self._columns, self._parameters)
         self._kept = [_at(array) for array in kept]  # pointers, whose making takes a tenth of a small solve
@@ -93,7 +96,7 @@ class Pardiso:
 
     def __call__(self, b: Array) -> Array:
         """The solution for the right side b (n,), or for each column of b (n, k)."""
-        right = np.asfortranarray(b, dtype=np.float64)
+        right = np.asfortranarray(b, dtype=self._values.dtype)
         x = np.empty_like(right, order="F")
         self._call(SOLVE, right, x, 1 if b.ndim == 1 else b.shape[1])
         return x
