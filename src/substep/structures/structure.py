@@ -125,6 +125,7 @@ def structure(
     constraints: Any = None,
     contacts: Any = None,
     restitution: Any = None,
+    remembered: bool = False,
     names: Sequence[str] = (),
     solver: Solver = "auto",
 ) -> Structure:
@@ -151,8 +152,8 @@ def structure(
     T q of those that are independent. names: of all N, for `fixed`, `load` and `dofs`.
     contacts: a mapping of names to pairs of a row of B (N,), as of a spring, and a gap g0, in the units of u; or of
     rows (s, N) and gaps (s,). A reaction of that name keeps g0 + B u from becoming negative. restitution: for all of
-    them, or by name, the share of the velocity that closed a gap with which it opens, from 0 to 1: see
-    docs/constraints.md.
+    them, or by name, the share of the velocity that closed a gap with which it opens, from 0 to 1; remembered: whether
+    the acceleration that a scheme keeps is with that of the reactions: see docs/constraints.md.
     solver: "auto", "dense", "superlu", "pardiso", "cholmod", or a function from a matrix to a function b -> x.
 
     Raises ValueError for both or neither of K and internal_force, for other shapes, complex or not finite entries,
@@ -212,7 +213,7 @@ def structure(
         at_rest = equilibrium(loaded)
         tangent_there = stiffness if internal is None else internal.at_start(at_rest, free["v0"])[0]
         loaded = replace(loaded, u0=at_rest, K=tangent_there, static=True)
-    if touching := contacts_of(contacts, restitution, T, known):
+    if touching := contacts_of(contacts, restitution, T, known, remembered=remembered):
         loaded = replace(loaded, contacts=touching)
         touching.require_open(loaded.u0)
         loaded.pushed  # noqa: B018 (raises for contacts without mass)

@@ -14,7 +14,7 @@ from ...run.clock import Begin, ConstantSteps, Control
 from ..model.constraints import independent
 from ..model.memory import Memory, Recalled, RememberingForce
 from ..model.model import Model
-from ..model.state_vectors import memory_of, vectors
+from ..model.state_vectors import memory_of, reactions_of, vectors
 from ..solvers.combine import combined
 from ..solvers.matrices import arrays_of
 from .newton import Tangent
@@ -29,11 +29,17 @@ def kind_of(structure: Model) -> str:
 
 def begun(run: Run, steps: ConstantSteps | Control, state: State | None) -> tuple[Run, Sequence[Tangent | None]]:
     """The run from where a state stands, and the tangents that its systems keep there; itself without a state."""
+    s = run.structure
     if state is None:
+        if s.contacts is not None:
+            free = s.acceleration(0.0, s.u0, s.v0, memory=s.memory0) if s.contacts.remembered else s.u0
+            run = replace(run, reactions=s.at_rest(s.u0, s.v0, free))
         return run, ()
-    start, remembered = vectors(run.structure, state), memory_of(run.structure, state)
-    if run.structure.contacts is not None and not state.of:
-        run.structure.contacts.require_open(start[0])
+    start, remembered = vectors(s, state), memory_of(s, state)
+    if s.contacts is not None:
+        if not state.of:
+            s.contacts.require_open(start[0])
+        run = replace(run, reactions=reactions_of(s, state, start[0], start[1]))
     if isinstance(steps, Control):
         start[2] = _behind_jumps(run.structure, state.t, start, remembered)
         return replace(run, begin=Begin(0, state.t), start=start, remembered=remembered), ()
@@ -103,20 +109,21 @@ def stands(
     steps: ConstantSteps,
     tangents: Sequence[Tangent | None],
     memory: Memory | None,
+    reactions: Array | None,
 ) -> Callable[[], State]:
     """The state after so many steps and the last of them, after which systems kept these tangents, with this memory."""
     march, rows = last.march, None
     if march.run is run:  # and not the run of the scheme that starts this one
         rows = combined(march.steps.out, last.X)
-    return stood(combined(march.steps.report, last.X), rows, run, done, steps, tangents, memory)
+    return stood(combined(march.steps.report, last.X), rows, run, done, steps, tangents, memory, reactions)
 
 
 def stood(
     motion: Array, rows: Array | None, run: Run, done: int, steps: ConstantSteps, tangents: Sequence[Tangent | None],
-    memory: Memory | None,
+    memory: Memory | None, reactions: Array | None = None,
 ) -> Callable[[], State]:  # fmt: skip
     """The same from u, v, a (2 or 3, n) there, and from the rows (S, n) that the scheme carries if it is under way."""
-    return partial(_state, run.structure, run.scheme, steps, done, motion, rows, tangents, memory)
+    return partial(_state, run.structure, run.scheme, steps, done, motion, rows, tangents, memory, reactions)
 
 
 def _state(
@@ -128,12 +135,17 @@ def _state(
     rows: Array | None,
     tangents: Sequence[Tangent | None],
     memory: Memory | None,
+    reactions: Array | None,
 ) -> State:
     """The state with u, v and, where the scheme has its own, a, and what the scheme carries, if it is under way."""
     u, v, *a = (structure.T @ x for x in motion)
     here = steps.state(done, u, v, a[0] if a else None)
     if memory is not None and isinstance(structure.internal, RememberingForce):
         here = replace(here, memory=structure.internal.named(memory))
+    if reactions is not None and structure.contacts is not None and structure.contacts.remembered:
+        named = structure.contacts.by_name(reactions[None])
+        kept = {name: x[0] if x.ndim > 1 else float(x[0]) for name, x in named.items()}
+        here = replace(here, memory={**here.memory, **kept})
     if rows is None:
         return here
     history, of = dict(zip(bare(scheme.state), rows, strict=True)), whose(scheme, kind_of(structure))

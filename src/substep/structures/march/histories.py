@@ -81,8 +81,9 @@ class Histories(Kept):
         self.memory = run.memory
         self.of_springs = np.empty((3, 0))  # what `SpringRows.latest` was after the last step
         self.touched = list[Array]()  # of contacts, reactions and gaps (2, d) in each row
-        if (contacts := run.structure.contacts) is not None:
-            self.touched.append(np.array([np.zeros(contacts.size), contacts.gaps(run.given[0])]))
+        self.reactions = run.reactions
+        if run.reactions is not None and (contacts := run.structure.contacts) is not None:
+            self.touched.append(np.array([run.reactions, contacts.gaps(run.given[0])]))
         self.iterations = np.zeros((asked.n, run.scheme.balances), np.int64)
         self.state: Array | None = None
         self.last: Trial | None = None
@@ -116,21 +117,24 @@ class Histories(Kept):
             energies = energies.after(self.run.structure, both, step.t, step.h, *self._loads(done), memory)
             if kept:
                 self.accounts.append(np.array([energies.row]))
-        if kept and self.touched:
-            self.touched.append(march.touched(X))
+        reactions = None
+        if self.touched:
+            reactions, gaps = march.touched(X)
+            self.touched += [np.array([reactions, gaps])] if kept else []
         if kept:
             self._put(done // self.stride, self.select(march.steps.report[: self.kinds], X))
         state = combined(march.steps.out, X) if self.saved is not None and own else None
-        self._stand(done, state, energies, march.tangents, memory, step, self.motion)
+        self._stand(done, state, energies, march.tangents, memory, step, self.motion, reactions)
 
     def _stand(
         self, done: int, state: Array | None, energies: Energies | None, tangents: list[Tangent | None],
-        memory: Memory | None, last: Trial | None, motion: Array | None,
+        memory: Memory | None, last: Trial | None, motion: Array | None, reactions: Array | None = None,
     ) -> None:  # fmt: skip
         """Where the march is after a step, last, or after a stretch that ends with this motion (2 or 3, n)."""
         of_springs = self.of_springs if self.springs is None else self.springs.latest
         self.done, self.state, self.energies, self.tangents = done, state, energies, tangents
         self.memory, self.of_springs, self.last, self.motion = memory, of_springs, last, motion
+        self.reactions = reactions
         if self.saved is not None and self.saved.full:
             self._checkpoint()
 
@@ -174,7 +178,7 @@ class Histories(Kept):
         u, v, *a = self._read()
         last, springs = None, self.springs
         if self.last is not None:
-            last = stands(self.last, run, self.done, asked, self.tangents, self.memory)
+            last = stands(self.last, run, self.done, asked, self.tangents, self.memory, self.reactions)
         elif self.motion is not None:  # there was no step left
             last = stood(self.motion, self.state, run, self.done, asked, self.tangents, self.memory)
         return StructureResponse(

@@ -6,10 +6,12 @@ forces. Of each gap at the displacement that z moves and its reaction p one is 0
 from t_n on would close the gap, of the velocity that opens it and p: see docs/constraints.md. That takes d solutions
 with A once for each factorization, and a problem in d unknowns a balance.
 
-Reactions are not remembered: their acceleration, a vector behind the unknowns, is taken off what a step keeps.
+Where reactions are not remembered, their acceleration, a vector behind the unknowns, is taken off what a step keeps.
+Where they are, a balance takes reactions as it takes forces, with the same weights: c is then that of its own, and
+those that were solved for before, also at t_n by the last balance of the step before, are beside its loads.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,7 +20,7 @@ from ...core.arrays import Array
 from ..model.contacts import Contacts
 from ..model.model import Model
 from ..solvers.complementarity import complementary
-from .scheme_plan import Steps, Touch
+from .scheme_plan import Steps, System, Touch
 
 Solve = Callable[[Array], Array]
 
@@ -27,17 +29,19 @@ Solve = Callable[[Array], Array]
 class Pressing:
     """The contacts of a structure in one balance.
 
-    place: of the unknown among the vectors; at: of the acceleration that the reactions give it. inertia: the factor of
-    the unknown in the inertia. touch: where the reactions act. p (d,): those of the last solution.
+    place: of the unknown among the vectors; at: of the acceleration that the reactions give it, None where they are
+    remembered. weight: c. touch: where the reactions act. p (d,): those of the last solution. known: pairs of a weight
+    and the contacts whose reactions the balance takes too.
     """
 
     structure: Model
     contacts: Contacts
     place: int
-    at: int
-    inertia: float
+    at: int | None
+    weight: float
     touch: Touch
-    p: Array = field(default_factory=lambda: np.empty(0))
+    p: Array
+    known: "list[tuple[float, Pressing]]" = field(default_factory=list)
     factors: Solve | None = None
     moved: Array = field(default_factory=lambda: np.empty(0))  # A^-1 B^T c (n, d)
     compliance: Array = field(default_factory=lambda: np.empty(0))  # B A^-1 B^T c (d, d)
@@ -63,7 +67,7 @@ class Pressing:
             return None
         if self.factors is not factors:
             self.factors = factors
-            self.moved = factors(self.inertia / scale * self.contacts.forces(self.structure.size))
+            self.moved = factors(self.weight / scale * self.contacts.forces(self.structure.size))
             self.compliance = self.contacts.rows @ self.moved[self.contacts.columns]
         found = complementary(q - self.compliance @ self.p, self.compliance, self.p)
         more, self.p = found - self.p, found
@@ -71,13 +75,26 @@ class Pressing:
 
     def force(self, more: Array) -> Array:
         """What reactions add (n,) to the residual's known part."""
+        return -self.weight * self._spread(more)
+
+    def loaded(self, load: Array | None, scale: float) -> Array | None:
+        """The load (n,) over scale, with the reactions that are known."""
+        for weight, other in self.known:
+            if other.p.any():
+                found = weight / scale * self._spread(other.p)
+                load = found if load is None else load + found
+        return load
+
+    def _spread(self, p: Array) -> Array:
+        """The forces (n,) of reactions."""
         found = np.zeros(self.structure.size)
-        found[self.contacts.columns] = -self.inertia * (more @ self.contacts.rows)
+        found[self.contacts.columns] = p @ self.contacts.rows
         return found
 
     def finish(self, X: Array) -> None:
         """Put the acceleration that the reactions give in its place of X."""
-        X[self.at] = self.structure.pushed @ self.p if self.p.any() else 0.0
+        if self.at is not None:
+            X[self.at] = self.structure.pushed @ self.p if self.p.any() else 0.0
 
     def _free(self, X: Array, z: Array) -> Array:
         """Gaps, or velocities that open them, over what z moves them by (d,); infinite where nothing is to be held."""
@@ -112,7 +129,12 @@ def pressed(structure: Model, steps: Steps, before: Steps) -> tuple[Steps, tuple
     for at, k in enumerate(touched, V):
         system = steps.systems[k]
         assert system.touch is not None
-        found[k] = Pressing(structure, contacts, system.place, at, float(system.inertia[system.place]), system.touch)
+        own, none = float(system.inertia[system.place]), np.zeros(contacts.size)
+        kept = None if contacts.remembered else at
+        found[k] = Pressing(structure, contacts, system.place, kept, own, system.touch, none)
+    if contacts.remembered:
+        _remember([(before.systems[k], x) for k, x in enumerate(found) if x is not None], before)
+        return steps, tuple(found)
 
     def wider(rows: Array, old: Array, of: Array) -> Array:
         return np.concatenate([rows, np.where(of[:, None], -old[:, places], 0.0)], axis=1)
@@ -122,3 +144,21 @@ def pressed(structure: Model, steps: Steps, before: Steps) -> tuple[Steps, tuple
     reports = np.arange(len(steps.report)) == 2
     out, report = wider(steps.out, before.out, steps.accelerations), wider(steps.report, before.report, reports)
     return replace(steps, out=out, report=report, rows=every, more=len(places)), tuple(found)
+
+
+def _remember(pairs: Sequence[tuple[System, Pressing]], steps: Steps) -> None:
+    """Give contacts that are remembered the weights of the forces, and the reactions that are known."""
+    forces = [force for system, _ in pairs for force in system.forces]
+    known = list[tuple[Array, Pressing]]()
+    if any(np.array_equal(force.u, steps.out[0]) for force in forces):  # else a force at u_0 is of another reaction
+        known.append((steps.rows["u_0"], pairs[-1][1]))
+    for system, one in pairs:
+        one.weight = sum(w for w, _, _ in system.differences)
+        for force in system.forces:
+            at = next((x for row, x in known if np.array_equal(row, force.u)), None)
+            if at is None:
+                one.weight += force.w
+            else:
+                one.known.append((force.w, at))
+        if system.touch is not None:
+            known.append((system.touch.rows[0], one))

@@ -1,6 +1,6 @@
 """What is refused of a structure before anything is computed: schemes and questions that do not fit it."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from ...core.errors import unknown_name
 from ...core.schemes import Scheme
@@ -10,7 +10,7 @@ from ..model.model import Model
 from ..model.rayleigh import Rayleigh
 from ..solvers.low_rank import LowRank
 from ..solvers.matrices import asymmetry, indefinite, is_operator
-from .scheme_plan import start_of, step_of, why_no_contact, why_no_memory
+from .scheme_plan import System, start_of, step_of, why_no_contact, why_no_memory
 from .velocity import (
     OF_DISPLACEMENTS,
     damped_at_start,
@@ -71,12 +71,7 @@ def require_suited(structure: Model, scheme: Scheme, h: float) -> None:
                 require_own_tangent(structure, who)
             if any(x.differences for x in systems):
                 require_own_potential(structure, who)
-        if structure.contacts is not None:
-            bouncing = structure.contacts.bouncing
-            for restitution in {bool(x) for x in bouncing}:
-                if why := why_no_contact(one, restitution=restitution):
-                    raise ValueError(why)
-            require_error_decay("a structure with contacts", one)
+        require_contacts(structure, one, who, systems)
         if len(structure.massless) and not any(x.implicit for x in systems):
             raise ValueError(
                 f"{who} is explicit: expected mass at each degree of freedom, got none at "
@@ -84,6 +79,25 @@ def require_suited(structure: Model, scheme: Scheme, h: float) -> None:
                 "scheme, such as bathe"
             )
         one = one.starter
+
+
+def require_contacts(structure: Model, scheme: Scheme, who: str, systems: Sequence[System]) -> None:
+    """Raises ValueError for a structure with contacts and a scheme, who, that takes none of their kind.
+
+    systems: of its step.
+    """
+    if structure.contacts is None:
+        return
+    for restitution in sorted(set(structure.contacts.bouncing.tolist())):
+        if why := why_no_contact(scheme, restitution=restitution):
+            raise ValueError(why)
+        if any(x.touch is not None and x.touch.rows[int(restitution), x.place] == 0.0 for x in systems):
+            what = "velocity" if restitution else "displacement"
+            raise ValueError(
+                f"{who} does not move the {what} at which it takes the force: expected one that it moves, so that a "
+                "reaction acts there; take another scheme, or give contacts restitution= where the scheme is explicit"
+            )
+    require_error_decay("a structure with contacts", scheme)
 
 
 def require_undamped(structure: Model, scheme: Scheme, who: str) -> None:

@@ -100,14 +100,17 @@ class StructureResponse(Response):
         memories = [None if kept is None else kept.at(k) for k in range(1, len(self.t))]
         rows = zip(self.t[1:], np.asarray(self.u)[1:, order], np.asarray(self.v)[1:, order], memories, strict=True)
         first = s.a0 if self.started is None else vectors(s, self.started)[2]
-        return np.array([first, *(s.acceleration(*row, memory=memory) for *row, memory in rows)])[:, self._places]
+        found = np.array([first, *(s.acceleration(*row, memory=memory) for *row, memory in rows)])
+        if s.contacts is not None and s.contacts.remembered and self.touched is not None:
+            found[1:] += self.touched[1:, 0] @ s.pushed.T
+        return found[:, self._places]
 
     @property
     def memory(self) -> Mapping[str, Array]:
         """What was remembered, by name: (n+1, s) of springs, NaN where a law has no such name; (n+1, ...) of states.
 
-        Of each contact the constant reaction (n+1,) that has the impulse of the step, 0 at the start; (n+1, s) of one
-        of several rows.
+        Of each contact the constant reaction (n+1,) that has the impulse of the step, 0 at the start, or the last one
+        where they are remembered; (n+1, s) of one of several rows.
         """
         force, kept = self.structure.internal, self.remembered
         found = {} if kept is None or not isinstance(force, RememberingForce) else force.named(kept)
@@ -208,7 +211,10 @@ class StructureResponse(Response):
         s, started = self.structure, self.started
         t = 0.0 if started is None else started.t
         u, v, a = (s.u0, s.v0, s.a0) if started is None else vectors(s, started)
-        return s.T @ (a - s.acceleration(t, u, v, memory=None if self.remembered is None else self.remembered.at(0)))
+        found = s.acceleration(t, u, v, memory=None if self.remembered is None else self.remembered.at(0))
+        if s.contacts is not None and s.contacts.remembered and self.touched is not None:
+            found += s.pushed @ self.touched[0, 0]
+        return s.T @ (a - found)
 
     @property
     def _jumped(self) -> str:

@@ -70,6 +70,8 @@ class StructureSteps:
         """
         if self.run.memory is not None:
             self.memories[:] = [self.run.memory if memory is None else memory]
+        if self.run.reactions is not None and (kept := [x for x in self.pressings if x is not None]):
+            kept[-1].p = self.run.reactions
         given = self.steps.given
         X[:given] = state
         combined(self.ahead, X[:given], X[given : given + len(self.ahead)])
@@ -99,18 +101,20 @@ class StructureSteps:
             if shapes.shape[1] and system.loads:
                 factors = values / solver.scale
                 load = combined(factors[None], shapes.T)[0] if cases is None else shapes @ (factors[:, None] * cases)
+            if pressing is not None:
+                load = pressing.loaded(load, solver.scale)
             solver.put(X, load, t, ahead, pressing)
             ahead = 0
             for u, v, since in system.commits if self.memories else ():
                 self._commit(*combined(np.array([u, v]), X), since, t)
 
     def touched(self, X: Array) -> Array:
-        """Of contacts the mean reactions of a complete step and the gaps at its end, (2, d)."""
-        s = self.run.structure
-        assert s.contacts is not None
-        shares = ((x.touch.share, x.p) for x in self.pressings if x is not None)
-        mean = sum((share * p for share, p in shares), np.zeros(s.contacts.size))
-        return np.array([mean, s.contacts.gaps(combined(self.steps.report[:1], X)[0])])
+        """Of contacts the mean reactions of a complete step, or the last that are remembered, and the gaps, (2, d)."""
+        contacts = self.run.structure.contacts
+        assert contacts is not None
+        each = [(x.touch.share, x.p) for x in self.pressings if x is not None]
+        shared = each[-1][1] if contacts.remembered else sum((w * p for w, p in each), np.zeros(contacts.size))
+        return np.array([shared, contacts.gaps(combined(self.steps.report[:1], X)[0])])
 
     def commit(self, X: Array, t: float) -> None:
         """Commit what the internal force remembers at the end of a complete step, at the time t, s."""
@@ -164,7 +168,8 @@ class Run:
 
     cases: L structures that differ in their loads only, which are marched at once: vectors are then (n, L). begin:
     where the steps begin, with rows (S, n) of the state where the scheme does not start anew; start (3, n): u, v, a
-    there, in place of the structure's; remembered: what its internal force remembers there, in its place too.
+    there, in place of the structure's; remembered: what its internal force remembers there, in its place too; reactions
+    (d,): those of contacts there, None without contacts.
     """
 
     structure: Model
@@ -176,6 +181,7 @@ class Run:
     begin: Begin = AT_ZERO
     start: Array | None = None
     remembered: Memory | None = None
+    reactions: Array | None = None
 
     def time(self, steps: Any) -> Any:
         """The time after so many steps, s, a number or an array."""

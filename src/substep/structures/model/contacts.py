@@ -12,6 +12,7 @@ from ...core.errors import real_array, unknown_name
 from ..solvers.matrices import Matrix
 from .springs import rows_of
 
+AT_REST = 1e-8  # of a gap's parts and of its rate's, within which it is closed, and at rest
 INSIDE = 1e-10  # of a gap's parts, by which it may be negative at the start
 DEPENDENT = 1e-12  # of the largest singular value of the rows' directions: with a smaller one they are dependent
 
@@ -22,6 +23,7 @@ class Contacts:
 
     columns (m,): the degrees of freedom that B touches; rows (d, m): B there. restitution (d,): the share of the
     velocity that closed a gap with which it opens, NaN for one that is held itself. names: of each contact its rows.
+    remembered: whether the acceleration that a scheme keeps for its next step is with that of the reactions.
     """
 
     columns: NDArray[np.intp]
@@ -29,6 +31,7 @@ class Contacts:
     gaps0: Array
     restitution: Array
     names: Mapping[str, int | slice]
+    remembered: bool = False
 
     @property
     def size(self) -> int:
@@ -43,6 +46,12 @@ class Contacts:
     def gaps(self, u: Array) -> Array:
         """The gaps (d,) at u (n,)."""
         return self.gaps0 + self.rows @ u[self.columns]
+
+    def closed(self, u: Array, v: Array) -> NDArray[np.bool_]:
+        """Which gaps (d,) are closed and stay so at u, v (n,)."""
+        allowed = [AT_REST * (np.abs(self.rows) @ np.abs(x[self.columns])) for x in (u, v)]
+        still = np.abs(self.rows @ v[self.columns]) <= allowed[1]
+        return still & (np.abs(self.gaps(u)) <= AT_REST * np.abs(self.gaps0) + allowed[0])
 
     def forces(self, n: int) -> Array:
         """The forces B^T (n, d) of unit reactions."""
@@ -71,7 +80,7 @@ class Contacts:
         return next(name for name, where in self.names.items() if k in np.atleast_1d(places[where]))
 
 
-def contacts_of(given: Any, restitution: Any, T: Matrix, names: Sequence[str]) -> Contacts | None:
+def contacts_of(given: Any, restitution: Any, T: Matrix, names: Sequence[str], *, remembered: bool) -> Contacts | None:
     """Contacts from what `structure` takes; T, names: of a `Model`. None without any.
 
     Raises ValueError for what is no mapping of names to pairs of a row, or rows, and as many gaps, for rows that are 0,
@@ -85,6 +94,11 @@ def contacts_of(given: Any, restitution: Any, T: Matrix, names: Sequence[str]) -
         raise ValueError(
             f"expected contacts as a mapping of names to pairs (row of B, gap), got {type(given).__name__}; give "
             "{'floor': ({'tip': 1.0}, 0.5)}"
+        )
+    if remembered and restitution is not None:
+        raise ValueError(
+            f"expected remembered=True without restitution, which acts in its own step alone, got {restitution!r}; "
+            "leave one out"
         )
     from scipy import sparse  # noqa: PLC0415 (slow to import)
 
@@ -125,7 +139,7 @@ def contacts_of(given: Any, restitution: Any, T: Matrix, names: Sequence[str]) -
     B = sparse.csr_array(full @ T)
     B.eliminate_zeros()
     columns = np.unique(B.indices)
-    found = Contacts(columns, B[:, columns].toarray(), np.concatenate(gaps), np.concatenate(shares), where)
+    found = Contacts(columns, B[:, columns].toarray(), np.concatenate(gaps), np.concatenate(shares), where, remembered)
     _require_independent(found)
     return found
 

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...core.arrays import Array
 from ...core.loads import Load, Record, values_at
+from ..solvers.complementarity import complementary
 from ..solvers.factorization import SingularMatrix, Solver, factorize
 from ..solvers.matrices import (
     Matrix,
@@ -156,7 +157,8 @@ class Model:
         """
         if self.a0_given is not None:
             return self.a0_given
-        return self.acceleration(0.0, self.u0, self.v0, memory=self.memory0)
+        a = self.acceleration(0.0, self.u0, self.v0, memory=self.memory0)
+        return a if self.contacts is None else a + self.pushed @ self.at_rest(self.u0, self.v0, a)
 
     def acceleration(
         self, t: float, u: Array, v: Array, force: Array | None = None, memory: Memory | None = None
@@ -213,6 +215,16 @@ class Model:
         rest = np.zeros(self.size)
         plain = replace(self, internal=None)
         return np.array([plain.acceleration(0.0, rest, rest, force) for force in forces.T]).T
+
+    def at_rest(self, u: Array, v: Array, a: Array) -> Array:
+        """The reactions (d,) that are remembered of gaps that are closed and at rest at u, v (n,), a without them."""
+        assert self.contacts is not None
+        closed, none = self.contacts.closed(u, v), np.zeros(self.contacts.size)
+        if not self.contacts.remembered or not closed.any():
+            return none
+        rows, columns = self.contacts.rows, self.contacts.columns
+        opening = np.where(closed, rows @ a[columns], np.inf)
+        return complementary(opening, rows @ self.pushed[columns], none)
 
     def factorized(self, matrix: Matrix, what: str, part: NDArray[np.intp] | None = None) -> Callable[[Array], Array]:
         """The factorization of a matrix (n, n), or of that of a part of the free degrees of freedom, by their numbers.

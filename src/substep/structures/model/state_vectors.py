@@ -18,8 +18,34 @@ def vectors(structure: Model, state: State) -> Array:
     given = ("u", state.u), ("v", state.v), ("a", state.a)
     found = [independent(f"{name} of start", x, structure.T, structure.names) for name, x in given if x is not None]
     if len(found) < 3:
-        found.append(structure.acceleration(state.t, *found, memory=memory_of(structure, state)))
+        a = structure.acceleration(state.t, *found, memory=memory_of(structure, state))
+        if structure.contacts is not None:
+            a += structure.pushed @ reactions_of(structure, state, *found, a)
+        found.append(a)
     return np.array(found)
+
+
+def reactions_of(structure: Model, state: State, u: Array, v: Array, a: Array | None = None) -> Array:
+    """The reactions (d,) of contacts that a step remembers, at u, v (n,): as the state says, else of those at rest.
+
+    a: without them, from the equation of motion unless given. Raises ValueError for reactions of another shape.
+    """
+    contacts = structure.contacts
+    assert contacts is not None
+    if not contacts.remembered:
+        return np.zeros(contacts.size)
+    if not contacts.names.keys() <= state.memory.keys():
+        a = structure.acceleration(state.t, u, v, memory=memory_of(structure, state)) if a is None else a
+        return structure.at_rest(u, v, a)
+    found = np.zeros(contacts.size)
+    for name, where in contacts.names.items():
+        if np.shape(x := state.memory[name]) != found[where].shape:
+            raise ValueError(
+                f"expected {name} in the memory of start of shape {found[where].shape}, got {np.shape(x)}; give "
+                "what r.state.memory has"
+            )
+        found[where] = x
+    return found
 
 
 def memory_of(structure: Model, state: State) -> Memory | None:
@@ -27,11 +53,13 @@ def memory_of(structure: Model, state: State) -> Memory | None:
 
     Raises ValueError where the state does not say it, or says it of another structure.
     """
+    contacts = {} if structure.contacts is None else structure.contacts.names
+    memory = {name: x for name, x in state.memory.items() if name not in contacts}
     if isinstance(structure.internal, RememberingForce):
-        return structure.internal.remembered(state.memory)
-    if state.memory:
+        return structure.internal.remembered(memory)
+    if memory:
         raise ValueError(
-            f"expected no memory of start for a structure that remembers nothing, got {', '.join(state.memory)}; leave "
+            f"expected no memory of start for a structure that remembers nothing, got {', '.join(memory)}; leave "
             "it out, or go on with the structure that has these springs"
         )
     return None
