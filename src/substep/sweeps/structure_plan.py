@@ -48,7 +48,7 @@ INNER = ("structure", "damping", "case", "scale")  # dimensions after those of n
 OWN = {"dof", "spring", "elongation", "force", "peak_elongation", "peak_force", *INNER}  # no axis of numbers
 COMPLETED, FAILED, OVERFLOWED = (ENDED.index(name) for name in ("completed", "newton_failed", "non_finite"))
 TOGETHER, STEP = 64, 2000.0  # points with springs in a chunk, and about how many ns one of their steps takes
-LANES, ROWS, WORTH = 8, 256, 1e5  # points that a kernel marches side by side, steps it makes at once, and how many ...
+LANES, ROWS, WORTH = 16, 256, 1e5  # points that a kernel marches side by side, steps it makes at once, and how many ...
 # ... steps of all points are worth it: the kernel for one point may be compiled already
 
 
@@ -287,7 +287,9 @@ def _side_by_side(runs: Sequence[Run], plan: StructurePlan) -> list[tuple[list[A
     every = [*runs, *[runs[-1]] * (LANES - len(runs))]
     select = selection(first.structure, [first.structure.place(dof) for dof in plan.kept])
     kinds = _kinds(first.scheme, first.h)
-    compiled = CompiledSteps.together(every, ROWS)
+    histories, of = plan.keep == "history", first.structure
+    shown = of.T[[of.place(dof) for dof in plan.kept]] if plan.keep == "peak" else None
+    compiled = CompiledSteps.together(every, ROWS if histories else 1, shown=shown)
     lanes = compiled.at([run.started() for run in every], [_memory(run) for run in every])
     lanes.alive[len(runs) :] = False
     loads = loads_side_by_side(every, n)
@@ -295,32 +297,31 @@ def _side_by_side(runs: Sequence[Run], plan: StructurePlan) -> list[tuple[list[A
         np.stack([select(run.given[:kinds]) for run in runs], axis=-1),
         np.stack([_strained(run, run.given, _memory(run)) for run in runs], axis=-1),
     )
-    latest, done = [motion, strained], 0
-    rows = [np.empty((n + 1, *row.shape)) for row in latest] if plan.keep == "history" else None
-    for table, row in zip(rows or (), latest, strict=rows is not None):
+    found, done = [motion, strained], 0
+    rows = [np.empty((n + 1, *row.shape)) for row in found] if histories else None
+    for table, row in zip(rows or (), found, strict=rows is not None):
         table[0] = row
-    peaks = [np.abs(row) for row in latest]
+    peaks = [np.abs(row) for row in found]
     with np.errstate(all="ignore"):  # in lanes that fail
         while done < n and lanes.alive.any():
-            made = compiled.made(lanes, [x[:, done : done + ROWS] for x in loads])
+            last = done + ROWS if histories else n
+            made = compiled.made(lanes, [x[:, done:last] for x in loads])
             m = len(made.motion)
             if m == 0:
                 continue
             moved = made.motion[:, :kinds, :, : len(runs)]
             moved = select(moved.reshape(-1, *moved.shape[2:])).reshape(m, kinds, -1, len(runs))
             found = [moved, made.springs[:, :2, :, : len(runs)]]
-            for k, x in enumerate(found):
-                if rows is not None:
-                    rows[k][done + 1 : done + m + 1] = x
-                elif plan.keep == "peak":
-                    np.maximum(peaks[k], np.abs(x).max(axis=0), out=peaks[k])
-            latest, done = [x[-1].copy() for x in found], done + m
+            for table, x in zip(rows or (), found, strict=rows is not None):
+                table[done + 1 : done + m + 1] = x
+            done, found = done + made.done, [x[-1] for x in found]
     if rows is not None:
         tables = [np.moveaxis(table, 0, 1) for table in rows]
     elif plan.keep == "peak":
-        tables = [peaks[0], np.concatenate([peaks[1], latest[1][:1]])]
+        peaks = [np.maximum(x, y[..., : len(runs)]) for x, y in zip(peaks, compiled.largest, strict=True)]
+        tables = [peaks[0], np.concatenate([peaks[1], found[1][:1]])]
     else:
-        tables = latest
+        tables = found
     return [
         ([table[..., k] for table in tables], COMPLETED) if lanes.alive[k] else _marched(run, n, plan)
         for k, run in enumerate(runs)

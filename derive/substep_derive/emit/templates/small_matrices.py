@@ -2,90 +2,93 @@
 
 SMALL_MATRICES = '''
 
-class _Four(types.Type):
-    """Four numbers, which one instruction takes; LLVM finds few of these by itself where sums run through loops."""
+class _Several(types.Type):
+    """WIDTH numbers, of which one instruction takes four or more; LLVM finds few of these itself where loops are short.
+
+    With lanes these are all lanes of one number: no loop over lanes is left, and several sums are on their way at once.
+    """
 
     def __init__(self):
-        super().__init__("four")
+        super().__init__("several")
 
 
-@register_model(_Four)
+@register_model(_Several)
 class _Vector(models.PrimitiveModel):
     def __init__(self, manager, kind):
         super().__init__(manager, kind, VECTOR)
 
 
-VECTOR, FOUR, ONE = ir.VectorType(ir.DoubleType(), 4), _Four(), ["contract"]
+VECTOR, SEVERAL, ONE = ir.VectorType(ir.DoubleType(), WIDTH), _Several(), ["contract"]
 
 
 def _address(context, builder, kind, values):
-    """Where the four numbers from a place of an array on are."""
+    """Where the numbers from a place of an array on are."""
     first = context.make_array(kind)(context, builder, values[0]).data
     return builder.bitcast(builder.gep(first, [values[1]]), VECTOR.as_pointer())
 
 
 @intrinsic
-def _four(typing, array, place):
-    """The four numbers from a place of a contiguous array on."""
+def _several(typing, array, place):
+    """WIDTH numbers from a place of a contiguous array on."""
 
     def lower(context, builder, signature, values):
         return builder.load(_address(context, builder, array, values), align=8)
 
-    return FOUR(array, types.int64), lower
+    return SEVERAL(array, types.int64), lower
 
 
 @intrinsic
-def _put(typing, array, place, four):
+def _put(typing, array, place, several):
     """Put them there."""
 
     def lower(context, builder, signature, values):
         builder.store(values[2], _address(context, builder, array, values), align=8)
         return context.get_dummy_value()
 
-    return types.none(array, types.int64, FOUR), lower
+    return types.none(array, types.int64, SEVERAL), lower
 
 
 @intrinsic
 def _each(typing, number):
-    """One number four times."""
+    """One number WIDTH times."""
 
     def lower(context, builder, signature, values):
         one = builder.insert_element(ir.Constant(VECTOR, ir.Undefined), values[0], ir.IntType(32)(0))
-        return builder.shuffle_vector(one, one, ir.Constant(ir.VectorType(ir.IntType(32), 4), [0] * 4))
+        return builder.shuffle_vector(one, one, ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH))
 
-    return FOUR(types.float64), lower
+    return SEVERAL(types.float64), lower
 
 
 @intrinsic
-def _number(typing, four, place):
-    """One of the four."""
-    found = types.float64(FOUR, types.int64)
+def _number(typing, several, place):
+    """One of several."""
+    found = types.float64(SEVERAL, types.int64)
     return found, lambda context, builder, signature, values: builder.extract_element(*values)
 
 
 def _of_two(build):
-    """An operation on two fours."""
+    """An operation on two of them."""
 
     @intrinsic
     def operation(typing, a, b):
-        return FOUR(FOUR, FOUR), lambda context, builder, signature, values: build(builder, *values)
+        return SEVERAL(SEVERAL, SEVERAL), lambda context, builder, signature, values: build(builder, *values)
 
     return operation
 
 
 def _of_three(build):
-    """An operation on three fours."""
+    """An operation on three of them."""
 
     @intrinsic
     def operation(typing, a, b, c):
-        return FOUR(FOUR, FOUR, FOUR), lambda context, builder, signature, values: build(builder, *values)
+        return SEVERAL(SEVERAL, SEVERAL, SEVERAL), lambda context, builder, signature, values: build(builder, *values)
 
     return operation
 
 
 def _larger_modulus(builder, a, b):
-    whole = ir.VectorType(ir.IntType(64), 4)
-    size = builder.bitcast(builder.and_(builder.bitcast(b, whole), ir.Constant(whole, [2**63 - 1] * 4)), VECTOR)
+    whole = ir.VectorType(ir.IntType(64), WIDTH)
+    size = builder.bitcast(builder.and_(builder.bitcast(b, whole), ir.Constant(whole, [2**63 - 1] * WIDTH)), VECTOR)
     return builder.select(builder.fcmp_ordered(">", size, a), size, a)
 
 
@@ -97,53 +100,58 @@ _fused = _of_three(  # as one operation, where there is such a one
     lambda builder, a, b, c: builder.fadd(a, builder.fmul(b, c, flags=ONE), flags=ONE)
 )
 _unlike = _of_three(  # 1 where b is not c
-    lambda builder, a, b, c: builder.select(builder.fcmp_unordered("!=", b, c), ir.Constant(VECTOR, [1.0] * 4), a)
+    lambda builder, a, b, c: builder.select(builder.fcmp_unordered("!=", b, c), ir.Constant(VECTOR, [1.0] * WIDTH), a)
 )
 
 
-@_inline
-def _sum_of(four):
-    """Of the four numbers."""
-    return (_number(four, 0) + _number(four, 1)) + (_number(four, 2) + _number(four, 3))
+@intrinsic
+def _some(typing, several):
+    """Whether some of them are not 0."""
+
+    def lower(context, builder, signature, values):
+        marks = builder.fcmp_unordered("!=", values[0], ir.Constant(VECTOR, [0.0] * WIDTH))
+        return builder.icmp_unsigned("!=", builder.bitcast(marks, ir.IntType(WIDTH)), ir.Constant(ir.IntType(WIDTH), 0))
+
+    return types.boolean(SEVERAL), lower
 
 
 @_inline
 def _scaled(factor, x, out):
     """factor x."""
     f = _each(factor)
-    for i in range(0, out.size, 4):
-        _put(out, i, _times(f, _four(x, i)))
+    for i in range(0, out.size, WIDTH):
+        _put(out, i, _times(f, _several(x, i)))
 
 
 @_inline
 def _sum(x, factor, y, out):
     """x + factor y."""
     f = _each(factor)
-    for i in range(0, out.size, 4):
-        _put(out, i, _fused(_four(x, i), f, _four(y, i)))
+    for i in range(0, out.size, WIDTH):
+        _put(out, i, _fused(_several(x, i), f, _several(y, i)))
 
 
 @_inline
 def _divided(x, by):
     """Divide x."""
     divisor = _each(by)
-    for i in range(0, x.size, 4):
-        _put(x, i, _over(_four(x, i), divisor))
+    for i in range(0, x.size, WIDTH):
+        _put(x, i, _over(_several(x, i), divisor))
 
 
 @_inline
 def _zero(out):
     """0."""
     zero = _each(0.0)
-    for i in range(0, out.size, 4):
+    for i in range(0, out.size, WIDTH):
         _put(out, i, zero)
 
 
 @_inline
 def _beside(x, place):
-    """The number there four times, or with lanes those of four lanes from there on."""
+    """The number there WIDTH times, or with lanes that of each lane."""
     if LANES > 1:
-        found = _four(x, place)
+        found = _several(x, place)
     else:
         found = _each(_part(x, place)[0])
     return found
@@ -152,24 +160,43 @@ def _beside(x, place):
 @_inline
 def _loaded(factors, first, x, out):
     """Subtract of each lane its factor, the first of which has this number, times x."""
-    minus = _each(-1.0)
-    for i in range(0, out.size, 4):
-        _put(out, i, _fused(_four(out, i), _times(minus, _beside(factors, first + i % LANES)), _four(x, i)))
+    f = _times(_each(-1.0), _beside(factors, first))
+    for i in range(0, out.size, WIDTH):
+        _put(out, i, _fused(_several(out, i), f, _several(x, i)))
+
+
+@_inline
+def _next(factors, v, count):
+    """The number of the first factor from v on that is not 0, or count."""
+    while v < count and factors[v] == 0.0:
+        v += 1
+    return v
 
 
 @_inner
 def _combine(row, X, count, out):
-    """The sum of row[v] X[v] over v < count."""
-    begun, factors = False, _part(row, 0)
-    for v in range(count):
-        if factors[v] != 0.0:
-            if begun:
-                _sum(out, factors[v], X[v], out)
-            else:
-                _scaled(factors[v], X[v], out)
-            begun = True
-    if not begun:
+    """The sum of row[v] X[v] over v < count: two terms at a time."""
+    factors = _part(row, 0)
+    first = _next(factors, 0, count)
+    second = _next(factors, first + 1, count)
+    if first >= count:
         _zero(out)
+    elif second >= count:
+        _scaled(factors[first], X[first], out)
+    else:
+        x, y, f, g = X[first], X[second], _each(factors[first]), _each(factors[second])
+        for i in range(0, out.size, WIDTH):
+            _put(out, i, _fused(_times(f, _several(x, i)), g, _several(y, i)))
+    first = _next(factors, second + 1, count)
+    while first < count:
+        second = _next(factors, first + 1, count)
+        if second < count:
+            x, y, f, g = X[first], X[second], _each(factors[first]), _each(factors[second])
+            for i in range(0, out.size, WIDTH):
+                _put(out, i, _fused(_fused(_several(out, i), f, _several(x, i)), g, _several(y, i)))
+        else:
+            _sum(out, factors[first], X[first], out)
+        first = _next(factors, second + 1, count)
 
 
 @_inner
@@ -178,10 +205,10 @@ def _add_product(matrices, q, factor, x, out):
     (every, places_of, values), rows = matrices, matrices[0].shape[1]
     first, places, f = _part(every, q * rows), _part(places_of, 0), _each(factor)
     for r in range(rows - 1):
-        total = _four(out, 4 * r)
+        total = _several(out, WIDTH * r)
         for p in range(first[r], first[r + 1]):
-            total = _fused(total, _times(f, _beside(x, places[p])), _four(values, 4 * p))
-        _put(out, 4 * r, total)
+            total = _fused(total, _times(f, _beside(x, places[p])), _several(values, WIDTH * p))
+        _put(out, WIDTH * r, total)
 
 
 @_rounded
@@ -190,16 +217,26 @@ def _elongations(B, u, out):
     first, columns, entries = _part(B[0], 0), _part(B[1], 0), _part(B[2], 0)
     for s in range(B[0].size - 1):
         if LANES > 1:
-            for lane in range(0, LANES, 4):
-                total = _each(0.0)
-                for k in range(first[s], first[s + 1]):
-                    total = _unfused(total, _each(entries[k]), _four(u, columns[k] * LANES + lane))
-                _put(out, s * LANES + lane, total)
+            total = _each(0.0)
+            for k in range(first[s], first[s + 1]):
+                total = _unfused(total, _each(entries[k]), _several(u, columns[k] * LANES))
+            _put(out, s * LANES, total)
         else:
             found = 0.0
             for k in range(first[s], first[s + 1]):
                 found += entries[k] * _part(u, columns[k])[0]
             _part(out, s)[0] = found
+
+
+@_rounded
+def _raised(B, u, out):
+    """The moduli of B u where they are larger than what there is; with lanes."""
+    first, columns, entries = B
+    for s in range(first.size - 1):
+        total = _each(0.0)
+        for k in range(first[s], first[s + 1]):
+            total = _unfused(total, _each(entries[k]), _several(u, columns[k] * LANES))
+        _put(out, s * LANES, _larger(_several(out, s * LANES), total))
 
 
 @_inline
@@ -209,9 +246,8 @@ def _spread(B, q, out):
     for s in range(B[0].size - 1):
         for k in range(first[s], first[s + 1]):
             if LANES > 1:
-                for lane in range(0, LANES, 4):
-                    to = columns[k] * LANES + lane
-                    _put(out, to, _fused(_four(out, to), _each(entries[k]), _four(q, s * LANES + lane)))
+                to = columns[k] * LANES
+                _put(out, to, _fused(_several(out, to), _each(entries[k]), _several(q, s * LANES)))
             else:
                 _part(out, columns[k])[0] += entries[k] * _part(q, s)[0]
 
@@ -220,29 +256,27 @@ def _spread(B, q, out):
 def _largest(x, out):
     """The largest moduli (LANES,); NaN where a number is not finite."""
     zero, one = _each(0.0), _each(1.0)
-    for lane in range(0, ROW, 4):
-        most, lost = zero, zero
-        for i in range(lane, x.size, ROW):
-            most, lost = _larger(most, _four(x, i)), _fused(lost, zero, _four(x, i))
-        most = _fused(most, one, lost)
-        if LANES > 1:
-            _put(out, lane, most)
-        else:
-            a, b, c, d = _number(most, 0), _number(most, 1), _number(most, 2), _number(most, 3)
-            out[0] = max(max(a, b), max(c, d)) + 0.0 * (a + b + c + d)
+    most, lost = zero, zero
+    for i in range(0, x.size, WIDTH):
+        most, lost = _larger(most, _several(x, i)), _fused(lost, zero, _several(x, i))
+    most = _fused(most, one, lost)
+    if LANES > 1:
+        _put(out, 0, most)
+    else:
+        a, b, c, d = _number(most, 0), _number(most, 1), _number(most, 2), _number(most, 3)
+        out[0] = max(max(a, b), max(c, d)) + 0.0 * (a + b + c + d)
 
 
 @_inline
 def _dot(x, y, out):
     """The inner products (LANES,)."""
-    for lane in range(0, ROW, 4):
-        total = _each(0.0)
-        for i in range(lane, x.size, ROW):
-            total = _fused(total, _four(x, i), _four(y, i))
-        if LANES > 1:
-            _put(out, lane, total)
-        else:
-            out[0] = _sum_of(total)
+    total = _each(0.0)
+    for i in range(0, x.size, WIDTH):
+        total = _fused(total, _several(x, i), _several(y, i))
+    if LANES > 1:
+        _put(out, 0, total)
+    else:
+        out[0] = (_number(total, 0) + _number(total, 1)) + (_number(total, 2) + _number(total, 3))
 
 
 @_inner
@@ -288,11 +322,9 @@ def _factorized(A, order, spans):
 def _less(A, at, x, k, low, high):
     """Subtract from the rows low to high of x (n LANES,) the column of A, from its number `at` on, times the row k."""
     if LANES > 1:
-        minus = _each(-1.0)
-        for lane in range(0, LANES, 4):
-            f = _times(minus, _four(x, k * LANES + lane))
-            for i in range(low * LANES + lane, high * LANES, LANES):
-                _put(x, i, _fused(_four(x, i), f, _four(A, at + i)))
+        f = _times(_each(-1.0), _several(x, k * LANES))
+        for i in range(low * LANES, high * LANES, LANES):
+            _put(x, i, _fused(_several(x, i), f, _several(A, at + i)))
     else:
         y, e, f = _part(x, 0), _part(A, at), _part(x, k)[0]
         for i in range(low, high):
@@ -313,9 +345,8 @@ def _substituted(A, order, spans, exchanged, x):
     for back in range(n):
         k = n - 1 - back
         if LANES > 1:
-            for lane in range(0, LANES, 4):
-                here = k * LANES + lane
-                _put(x, here, _times(_four(x, here), _four(A, k * width + here)))
+            here = k * LANES
+            _put(x, here, _times(_several(x, here), _several(A, k * width + here)))
         else:
             _part(x, k)[0] *= _part(A, k * (width + 1))[0]
         _less(A, k * width, x, k, ends[2 * k], k)
@@ -344,10 +375,10 @@ def _renewed(matrices, q, d, lane, B, kept, used):
         new[:] = 0.0
         for r in range(firsts.shape[1] - 1):
             for p in range(firsts[q, r], firsts[q, r + 1]):
-                for j in range(4):
-                    row = 4 * r + j
+                for j in range(WIDTH):
+                    row = WIDTH * r + j
                     if row % LANES == lane and row // LANES < n:
-                        new[places_of[p] // LANES, row // LANES] = values[4 * p + j]
+                        new[places_of[p] // LANES, row // LANES] = values[WIDTH * p + j]
         for s in range(first.size - 1):
             for k in range(first[s], first[s + 1]):
                 share = d[s * LANES + lane] * entries[k]
@@ -376,9 +407,9 @@ def _renewed(matrices, q, d, lane, B, kept, used):
 def _differ(d, now):
     """Whether any slopes are other ones."""
     apart = _each(0.0)
-    for i in range(0, d.size, 4):
-        apart = _unlike(apart, _four(d, i), _four(now, i))
-    return _sum_of(apart) > 0.0
+    for i in range(0, d.size, WIDTH):
+        apart = _unlike(apart, _several(d, i), _several(now, i))
+    return _some(apart)
 
 
 @_inline

@@ -7,10 +7,10 @@ all laws. It computes what the systems of `substep.structures.march` do step by 
 any way to these, with what there was before it as it was.
 
 Structures that differ in numbers alone go side by side, in lanes: what there is n times stands as (n, LANES), in a row.
-Vectors of a step, X (V, m): the state (S, m), then the unknowns of the I systems; m is n LANES up to a multiple of 4,
-beyond are zeros. Of all matrices each four rows of such a vector have blocks of four entries, `values`, which multiply
-a number of another vector, at `places`, or with lanes four of them; `first` (matrices, m/4 + 1) of the blocks. B is the
-same in all lanes, in compressed rows.
+Vectors of a step, X (V, m): the state (S, m), then the unknowns of the I systems; m is n LANES up to a multiple of
+WIDTH, beyond are zeros. Of all matrices each WIDTH numbers of such a vector have blocks of as many entries, `values`,
+which multiply a number of another vector, at `places`, or with lanes one of each lane; `first` (matrices, m/WIDTH + 1)
+of the blocks. B is the same in all lanes, in compressed rows.
 """
 
 import numpy as np
@@ -35,8 +35,8 @@ _rounded = njit(
 )
 
 REGULAR = 1e-13  # of the largest pivot so far: what the next one must be more than
-LANES = {lanes}  # structures side by side, one or a multiple of 4
-ROW = max(LANES, 4)
+LANES = {lanes}  # structures side by side
+WIDTH = max(LANES, 4)  # numbers that are taken at once
 {call}
 
 @intrinsic
@@ -155,7 +155,19 @@ def _iterated(X, i, place, known, rest, shown, velocity, own, matrices, stiff, f
     begun, unit = False, reach if reach != 0.0 else 1.0
     while True:
         _residual(trial, rest, matrices, 4 + i, place, forces, velocity, springs, memories, work, residual)
+        _largest(residual, left)
         if begun:
+            straight = True
+            for n in range(LANES):
+                straight = straight and (left[n] <= line * before[n] or not active[n])
+            if straight:
+                _slopes(found, slopes[0], slopes[1], released, total)
+                if not _differ(total, kept[8][i]):  # all lanes were on lines, which most steps are
+                    _sum(u, shown[place], trial, other)
+                    _largest(other, farthest)
+                    for n in range(LANES):
+                        largest[n] = max(largest[n], farthest[n]) if active[n] else largest[n]
+                    break
             _dot(change, residual, here)
             _largest(change, size)
             _dot(change, old, begin)
@@ -186,8 +198,6 @@ def _iterated(X, i, place, known, rest, shown, velocity, own, matrices, stiff, f
                     for k in range(n, z.size if tries[n] > 0 else 0, LANES):
                         change[k] *= part[n]
                 _largest(change, size)
-            _largest(residual, left)
-            _largest(old, before)
             _sum(u, shown[place], trial, other)
             _largest(other, farthest)
             on_lines, doubtful, moving, lost = False, False, False, False
@@ -247,7 +257,7 @@ def _iterated(X, i, place, known, rest, shown, velocity, own, matrices, stiff, f
                 break
         begun = True
         for n in range(LANES):
-            counts[n], tries[n] = counts[n] + (1 if active[n] else 0), 0
+            counts[n], tries[n], before[n] = counts[n] + (1 if active[n] else 0), 0, left[n]
         _slopes(found, slopes[0], slopes[1], released, total)
         _scaled(1.0, trial, z)
         _scaled(1.0, residual, old)
@@ -261,6 +271,22 @@ def _iterated(X, i, place, known, rest, shown, velocity, own, matrices, stiff, f
         _sum(z, 1.0, change, trial)
     _scaled(1.0, trial, X[place])
     return True
+
+
+@_inline
+def _committed(c, X, commits, since, answered, springs, memory, found, new, out, part, e, rates):
+    """What a commit remembers after that memory, of the answer that was taken where it is, if there is one."""
+    B, laws, of_rate = springs
+    if answered[c] >= 0:
+        _scaled(1.0, new[answered[c]], out)
+    else:
+        _combine(commits[0, c], X, len(X), part)
+        _elongations(B, part, e)
+        _zero(rates)
+        if of_rate:
+            _combine(commits[1, c], X, len(X), part)
+            _elongations(B, part, rates)
+        _answer(laws, e, rates, memory, since[c : c + 1], found[0], out)
 
 
 @_compile
@@ -277,8 +303,10 @@ def march(state, memory, loads, alive, rules, plan, out, report, structure, spri
     new state, or -1. out (S, V): the new state; report (R, V). structure: the four matrices, and of each system their
     sum for the unknown; the largest stiffness (LANES,); the J loads (J, m). springs: B; of each law its address, first
     spring, parameter and number remembered, and all parameters; whether some read rates. room: what it writes in.
-    results: reports (steps, R, m), memories (steps, k), elongations, forces and stored energies of springs (steps, 3,
-    s) after each step, iterations (steps, I, LANES), largest displacements and shortened corrections (I, LANES) so far.
+    results: reports (rows, R, m), memories (rows, k), elongations, forces and stored energies of springs (rows, 3, s)
+    after the last steps, iterations (rows, I, LANES), largest displacements and shortened corrections (I, LANES) so
+    far; and where peaks are asked for, which are raised, rows of displacements that are looked at, in the form of B,
+    their moduli in the first reports, and those of elongations and forces.
 
     Returns how many steps are done before one that fails in any lane; state and memory are those after the last.
     """
@@ -289,13 +317,13 @@ def march(state, memory, loads, alive, rules, plan, out, report, structure, spri
     B, laws, of_rate = springs
     (X, next_state, memories), (known, rest, part), newton, work, kept, (shorter, largest_before, at_once) = room
     found, before, rates_before, moved, e, rates, total, new = work
-    reports, remembered, answers, counts, largest, shortened = results
+    reports, remembered, answers, counts, largest, shortened, chosen, peaks, strained = results
     (I, steps, _), (S, V), done = loads.shape, out.shape, 0
     for r in range(S):
         _scaled(1.0, state[r], X[r])
     _scaled(1.0, memory, memories[0])
     for step in range(steps):
-        level, good = 0, True
+        level, good, row = 0, True, step % len(reports)
         for i in range(I):
             for lane in range(LANES):
                 largest_before[i, lane] = largest[i, lane]
@@ -330,55 +358,57 @@ def march(state, memory, loads, alive, rules, plan, out, report, structure, spri
                 own_work = found[a:b], before[a:b], rates_before, moved, e, rates, total, new[a:b]
                 good = _iterated(
                     X, i, place, known, rest, shown[i], velocity[i], rows[i, :, place], matrices, stiff, mine,
-                    slopes[:, a:b], springs, memories, kept, rules, largest[i], counts[step, i], shorter[i], alive,
+                    slopes[:, a:b], springs, memories, kept, rules, largest[i], counts[row, i], shorter[i], alive,
                     own_work, newton,
                 )  # fmt: skip
             else:
-                counts[step, i] = 0
+                counts[row, i] = 0
                 _zero(total)
                 _scaled(-1.0, rest, X[place])
                 good = _solved(i, matrices, 4 + i, total, B, kept, alive, X[place])
             if not good:
                 break
-            for c in range(first_commit[i], first_commit[i + 1]):
-                if answered[c] >= 0:
-                    _scaled(1.0, new[answered[c]], memories[level + 1])
-                else:
-                    _combine(commits[0, c], X, V, part)
-                    _elongations(B, part, e)
-                    _zero(rates)
-                    if of_rate:
-                        _combine(commits[1, c], X, V, part)
-                        _elongations(B, part, rates)
-                    _answer(laws, e, rates, memories[level], since_commit[c : c + 1], found[0], memories[level + 1])
+            for c in range(first_commit[i], first_commit[i + 1] - (1 if i == I - 1 else 0)):
+                _committed(c, X, commits, since_commit, answered, springs, memories[level], found, new,
+                           memories[level + 1], part, e, rates)  # fmt: skip
                 level += 1
         size = newton[1][0]
         _largest(X[V - 1], size)
         for lane in range(LANES):
             if good and alive[lane] and not np.isfinite(size[lane]):
-                alive[lane] = False
-                level = -1
-        if not good or level < 0:
+                alive[lane], good = False, False
+        if not good:
             for i in range(I):
                 for lane in range(LANES):
                     largest[i, lane] = largest_before[i, lane]
             break
+        c = len(answered) - 1
+        _committed(c, X, commits, since_commit, answered, springs, memories[level], found, new, memories[level + 1],
+                   part, e, rates)  # fmt: skip
+        _scaled(1.0, memories[level + 1], memories[0])
+        _scaled(1.0, memories[0], remembered[row])
         for r in range(len(report)):
-            _combine(report[r], X, V, reports[step, r])
+            _combine(report[r], X, V, reports[row, r])
         for r in range(S):
             if same[r] < 0:
                 _combine(out[r], X, V, next_state[r])
         for r in range(S):
-            _scaled(1.0, next_state[r] if same[r] < 0 else reports[step, same[r]], X[r])
-        _scaled(1.0, memories[level], memories[0])
-        _scaled(1.0, memories[0], remembered[step])
-        _elongations(B, reports[step, 0], answers[step, 0])
-        _zero(rates)
-        if of_rate:
-            _elongations(B, reports[step, 1], rates)
-        _answer(laws, answers[step, 0], rates, memories[0], at_once, found[0], new[0])
-        _scaled(1.0, found[0, 0], answers[step, 1])
-        _scaled(1.0, found[0, 3], answers[step, 2])
+            _scaled(1.0, next_state[r] if same[r] < 0 else reports[row, same[r]], X[r])
+        _elongations(B, reports[row, 0], answers[row, 0])
+        last = answered[c]
+        if last < 0 or len(peaks) == 0:  # histories have the digits of the memory that a march goes on from
+            _zero(rates)
+            if of_rate:
+                _elongations(B, reports[row, 1], rates)
+            last = 0
+            _answer(laws, answers[row, 0], rates, memories[0], at_once, found[0], new[0])
+        _scaled(1.0, found[last, 0], answers[row, 1])
+        _scaled(1.0, found[last, 3], answers[row, 2])
+        for r in range(len(peaks)):
+            _raised(chosen, reports[row, r], peaks[r])
+        for r in range(len(strained)):
+            for k in range(0, strained[r].size, WIDTH):
+                _put(strained[r], k, _larger(_several(strained[r], k), _several(answers[row, r], k)))
         for i in range(I):
             for lane in range(LANES):
                 shortened[i, lane] += shorter[i, lane]

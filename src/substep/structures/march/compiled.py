@@ -50,22 +50,25 @@ class Lanes(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """After m steps: u, v, a (m, R, n, lanes), what is remembered (m, k), of springs (m, 3, s, lanes), iterations.
+    """After m steps, or the last of them: u, v, a (m, R, n, lanes), what is remembered (m, k), of springs (m, 3, s,
+    lanes), iterations; done: how many steps.
 
-    All but the last are written anew by the next steps that are made.
+    All but the last two are written anew by the next steps that are made.
     """
 
     motion: Array
     memories: Array
     springs: Array
     counts: NDArray[np.int64]
+    done: int
 
 
 @dataclass(frozen=True, eq=False)
 class CompiledSteps:
     """Of runs side by side the arrays that the kernel reads: see there. balances: the systems that are such.
 
-    march: of a run that is alone, what goes on with a step that fails. kept: memory for `Rows`.
+    march: of a run that is alone, what goes on with a step that fails. kept: memory for `Rows`. peaks: displacements
+    that are looked at, in compressed rows, and the largest moduli so far of these, of their rates, and of springs.
     """
 
     runs: Sequence[Run]
@@ -76,6 +79,7 @@ class CompiledSteps:
     arrays: tuple[Any, ...]
     balances: list[int]
     kept: tuple[Array, Array, Array]
+    peaks: tuple[tuple[Array, Array, Array], Array, Array]
 
     @classmethod
     def of(cls, march: StructureSteps, rows: int) -> "CompiledSteps | None":
@@ -83,10 +87,12 @@ class CompiledSteps:
         return cls.together([march.run], rows, march) if takes(march.run) else None
 
     @classmethod
-    def together(cls, runs: Sequence[Run], rows: int, march: StructureSteps | None = None) -> "CompiledSteps":
+    def together(
+        cls, runs: Sequence[Run], rows: int, march: StructureSteps | None = None, shown: Matrix | None = None
+    ) -> "CompiledSteps":
         """Of one run, with its march, or of as many as there are lanes that `takes` takes, of one kind.
 
-        rows: of `Rows`.
+        rows: of `Rows`, at most; shown: rows (r, n) of the displacements of which lanes keep peaks.
         """
         from ...derived.modules import spring_march_module  # noqa: PLC0415 (the one door to SymPy)
 
@@ -106,7 +112,10 @@ class CompiledSteps:
         (X, _, memories), total = room[0], room[3][6]
         kept = np.empty((rows, len(steps.report), X.shape[1])), np.empty((rows, memories.shape[1]))
         kept = *kept, np.empty((rows, 3, total.size))
-        return cls(runs, march, springs[0], spring_march_module(lanes), steps, arrays, balances, kept)
+        none, many = shown is None, 0 if shown is None else shown.shape[0] * lanes
+        peaks = np.zeros((0 if none else len(steps.report), many)), np.zeros((0 if none else 2, total.size))
+        chosen = _compressed(springs[0].compressed if shown is None else shown)
+        return cls(runs, march, springs[0], spring_march_module(lanes), steps, arrays, balances, kept, (chosen, *peaks))
 
     def at(self, states: Sequence[Array], memories: Sequence[Memory]) -> Lanes:
         """Where structures are that have these states (S, n) and remember that."""
@@ -117,21 +126,35 @@ class CompiledSteps:
     def made(self, lanes: Lanes, loads: Sequence[Array]) -> Rows:
         """Steps under loads (I, m, J) of each system, of each lane; they are fewer than m where one fails.
 
+        Of more steps than there is room for the last rows are not in order.
+
         lanes: where they begin, and then where they have come to; one that has failed is no longer alive.
         """
         factors = np.stack(loads, axis=-1)  # (I, m, J, lanes)
         systems, m, J, L = factors.shape
-        counts = np.empty((m, systems, L), np.int64)
+        counts = np.empty((min(m, len(self.kept[0])), systems, L), np.int64)
         given = lanes.state, lanes.memory, factors.reshape(systems, m, J * L), lanes.alive, *self.arrays
-        done = self.kernels.march(*given, (*self.kept, counts, lanes.largest, lanes.shortened))
+        done = self.kernels.march(*given, (*self.kept, counts, lanes.largest, lanes.shortened, *self.peaks))
         motion, memories, answers = (x[:done] for x in self.kept)
-        motion, answers = (
-            x[..., : size * L].reshape(*x.shape[:-1], size, L)
-            for x, size in ((motion, self.runs[0].structure.size), (answers, self.springs.size))
-        )
-        if len(self.springs.groups) > 1:
-            answers = answers[:, :, np.argsort(np.concatenate([x for _, x in self.springs.groups]))]
-        return Rows(motion, memories, answers, counts[:done, self.balances])
+        motion = self._lanes_apart(motion, self.runs[0].structure.size)
+        return Rows(motion, memories, self._by_spring(answers), counts[:done, self.balances], done)
+
+    @property
+    def largest(self) -> tuple[Array, Array]:
+        """The largest moduli so far: (R, r, lanes) of what is shown, and (2, s, lanes) of springs."""
+        (first, _, _), motion, strained = self.peaks
+        return self._lanes_apart(motion, len(first) - 1), self._by_spring(strained)
+
+    def _lanes_apart(self, rows: Array, size: int) -> Array:
+        L = len(self.runs)
+        return rows[..., : size * L].reshape(*rows.shape[:-1], size, L)
+
+    def _by_spring(self, rows: Array) -> Array:
+        """Of rows of springs, group by group, those in the springs' order."""
+        found = self._lanes_apart(rows, self.springs.size)
+        if len(self.springs.groups) == 1:
+            return found
+        return found[..., np.argsort(np.concatenate([x for _, x in self.springs.groups])), :]
 
     def taken(self, X: Array, loads: Sequence[Array], ends: Array) -> Stretch:
         """Of one march the steps from X (V, n), which has begun, to the times `ends` (m,) under loads (m, J) of each
@@ -144,15 +167,14 @@ class CompiledSteps:
         assert march.memory is not None
         lanes = self.at([X[: self.steps.given]], [march.memory])
         lanes.largest[:, 0] = [getattr(solver, "largest", 0.0) for solver in march.systems]
-        motion, memories, springs, counts = (
-            x[..., 0] if x.ndim > 2 else x for x in self.made(lanes, [np.array(loads)])
-        )
+        *made, done = self.made(lanes, [np.array(loads)])
+        motion, memories, springs, counts = (x[..., 0] if x.ndim > 2 else x for x in made)
         for solver, size, more in zip(march.systems, lanes.largest[:, 0], lanes.shortened[:, 0], strict=True):
             if isinstance(solver, NonlinearSystem):
                 solver.largest, solver.shortened = float(size), solver.shortened + int(more)
         kept, last = (self.memories(x).at((..., 0, slice(None))) for x in (memories, lanes.memory[None]))
         state = lanes.state[:, :n].copy()
-        return Stretch(march, ends[: len(motion)], motion, kept, springs, counts, state, last.at(0))
+        return Stretch(march, ends[:done], motion, kept, springs, counts, state, last.at(0))
 
     def memories(self, rows: Array) -> Memory:
         """Of rows (m, ..) as the kernel has them, (m, s, lanes, ..)."""
@@ -226,21 +248,21 @@ def _dense(matrix: Matrix | None, n: int) -> Array:
 
 
 def _blocks(matrices: Array) -> tuple[Any, ...]:
-    """Of matrices (lanes, Q, n, n) for each four numbers of a vector side by side where blocks begin, places, entries.
+    """Of matrices (lanes, Q, n, n) where the blocks begin of each so many numbers of a vector, places, and entries.
 
-    A block is what multiplies one number of another vector; or four of them, one in each of four lanes.
+    A block is what multiplies one number of another vector, in each of the lanes; of one lane four numbers have one.
     """
     L, Q, n, _ = matrices.shape
-    rows = np.zeros((Q, -(-n * L // 4) * 4, n))
+    width = max(L, 4)
+    rows = np.zeros((Q, -(-n * L // width) * width, n))
     rows[:, : n * L] = np.moveaxis(matrices, 0, 2).reshape(Q, n * L, n)
-    by_four = rows.reshape(Q, -1, 4, n)
-    q, r, column = np.nonzero(by_four.any(axis=2))
-    count = np.zeros((Q, by_four.shape[1]), np.int64)
+    blocks = rows.reshape(Q, -1, width, n)
+    q, r, column = np.nonzero(blocks.any(axis=2))
+    count = np.zeros((Q, blocks.shape[1]), np.int64)
     np.add.at(count, (q, r), 1)
     ends = np.cumsum(count).reshape(count.shape)
     first = np.concatenate([np.append(0, ends[:-1, -1])[:, None], ends], axis=1)
-    places = column * L + (4 * r % L if L > 1 else 0)
-    return first, places, by_four[q, r, :, column].ravel()
+    return first, column * L, blocks[q, r, :, column].ravel()
 
 
 @lru_cache(64)  # many structures take the same steps
@@ -351,4 +373,9 @@ def _springs(every: Sequence[Springs]) -> tuple[Any, ...]:
         np.array([address(law.module.evaluate) for law, _ in springs.groups]), _firsts([range(L * n) for n in counts]),
         _firsts(tables), _firsts(kept), np.concatenate(tables),
     )  # fmt: skip
-    return (B.indptr.astype(np.int64), B.indices.astype(np.int64), B.data), laws
+    return _compressed(B), laws
+
+
+def _compressed(B: Matrix) -> tuple[Array, Array, Array]:
+    """A sparse matrix as the kernel takes it."""
+    return B.indptr.astype(np.int64), B.indices.astype(np.int64), B.data
