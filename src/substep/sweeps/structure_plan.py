@@ -24,7 +24,7 @@ from ..core.schemes import scheme as make_scheme
 from ..core.threads import spread
 from ..run.axes import RESERVED, Keep, asked
 from ..run.clock import number_of_steps
-from ..structures.march.compiled import CompiledSteps, kind_of, loads_side_by_side, takes
+from ..structures.march.compiled import CompiledSteps, begun_together, kind_of, loads_side_by_side, takes
 from ..structures.march.fixed_steps import FixedSteps
 from ..structures.march.histories import selection
 from ..structures.march.refusals import require_definite_mass, require_no_contacts, require_suited
@@ -284,7 +284,8 @@ def _side_by_side(runs: Sequence[Run], plan: StructurePlan) -> list[tuple[list[A
     kind = kind_of(first)
     if (same := next((k for k, run in enumerate(runs) if kind_of(run) != kind), len(runs))) < len(runs):
         return _side_by_side(runs[:same], plan) + _side_by_side(runs[same:], plan)
-    every = [*runs, *[runs[-1]] * (LANES - len(runs))]
+    begun, strained = begun_together(runs)
+    every = [*begun, *[begun[-1]] * (LANES - len(runs))]
     select = selection(first.structure, [first.structure.place(dof) for dof in plan.kept])
     kinds = _kinds(first.scheme, first.h)
     histories, of = plan.keep == "history", first.structure
@@ -293,11 +294,7 @@ def _side_by_side(runs: Sequence[Run], plan: StructurePlan) -> list[tuple[list[A
     lanes = compiled.at([run.started() for run in every], [_memory(run) for run in every])
     lanes.alive[len(runs) :] = False
     loads = loads_side_by_side(every, n)
-    motion, strained = (
-        np.stack([select(run.given[:kinds]) for run in runs], axis=-1),
-        np.stack([_strained(run, run.given, _memory(run)) for run in runs], axis=-1),
-    )
-    found, done = [motion, strained], 0
+    found, done = [select(np.stack([run.given[:kinds] for run in begun], axis=-1)), strained], 0
     rows = [np.empty((n + 1, *row.shape)) for row in found] if histories else None
     for table, row in zip(rows or (), found, strict=rows is not None):
         table[0] = row

@@ -102,9 +102,9 @@ class CompiledSteps:
         given = [(s.M, s.damping, s.K, K) for s, K in zip(of, held, strict=True)]
         matrices = np.array([[_dense(matrix, n) for matrix in each] for each in given])  # (lanes, 4, n, n)
         plan, shares = _plan(steps, of_rate, held[0] is not None)
-        linear = np.array([[np.einsum("m,mij->ij", share, each) for share in shares] for each in matrices])
+        linear = np.einsum("sm,lmij->lsij", np.reshape(shares, (-1, 4)), matrices)
         stiff = np.abs(np.diagonal(matrices[:, 2], axis1=1, axis2=2)).max(axis=1)
-        blocks = _blocks(np.concatenate([matrices, linear.reshape(lanes, -1, n, n)], axis=1))
+        blocks = _blocks(np.concatenate([matrices, linear], axis=1))
         structure = blocks, stiff, _side_by_side([run.shapes.T for run in runs])
         room = _room(steps, springs[0], n, lanes)
         arrays = RULES, plan, steps.out, steps.report, structure, (*_springs(springs), of_rate), room
@@ -208,6 +208,25 @@ def kind_of(run: Run) -> tuple[Any, ...]:
     groups = [(law.module, where.tobytes()) for law, where in springs.groups]
     parts = [getattr(matrix, x).tobytes() for matrix in (s.T, springs.compressed) for x in PARTS]
     return step_of(run.scheme, run.h), s.T.shape, len(run.loads), K is None, groups, parts
+
+
+def begun_together(runs: Sequence[Run]) -> tuple[list[Run], Array]:
+    """Such runs of one kind with u, v, a and what they remember where they begin, and there elongations and forces of
+    springs (2, s, lanes): what springs do is asked of all at once.
+    """
+    of = [run.structure for run in runs]
+    springs, held = zip(*map(_springs_of, of), strict=True)
+    every, u, v = Springs.together(springs), np.array([s.u0 for s in of]), np.array([s.v0 for s in of])
+    before = tuple(map(np.stack, zip(*(one.unstrained for one in springs), strict=True)))
+    memory = every.answers(u, v, before, 0.0).memory
+    there = every.answers(u, v, memory, 0.0)
+    found, force = list[Run](), every.spread(there.force)
+    for k, (run, s) in enumerate(zip(runs, of, strict=True)):
+        remembered, K, a = Memory(tuple(x[k] for x in memory)), held[k], s.a0_given
+        if a is None:
+            a = s.acceleration(0.0, s.u0, s.v0, held=force[k] if K is None else force[k] + K @ s.u0)
+        found.append(Run(s, run.scheme, run.h, start=np.array([s.u0, s.v0, a]), remembered=remembered))
+    return found, np.moveaxis([there.e, there.force], 1, -1)
 
 
 def loads_side_by_side(runs: Sequence[Run], count: int) -> list[Array]:

@@ -161,14 +161,21 @@ class Model:
         return a if self.contacts is None else a + self.pushed @ self.at_rest(self.u0, self.v0, a)
 
     def acceleration(
-        self, t: float, u: Array, v: Array, force: Array | None = None, memory: Memory | None = None
+        self,
+        t: float,
+        u: Array,
+        v: Array,
+        force: Array | None = None,
+        memory: Memory | None = None,
+        held: Array | None = None,
     ) -> Array:
         """Acceleration (n,) from the equation of motion, under the loads or under another force (n,); see `a0`.
 
-        memory: what the internal force remembers, committed there, if it does.
+        memory: what the internal force remembers, committed there, if it does; held (n,): that force, where it is
+        known.
         """
         force = self.force(t) if force is None else force
-        held = self.restoring(t, u, v, None if memory is None else Recalled(memory))
+        held = self.restoring(t, u, v, None if memory is None else Recalled(memory)) if held is None else held
         right = force - held - (self.damping @ v if self.C is not None else 0.0)
         s = self.massless
         if not len(s):

@@ -46,6 +46,21 @@ class Springs:
     groups: tuple[Group, ...]
     lengths: Array | None = None
 
+    @classmethod
+    def together(cls, every: "Sequence[Springs]") -> "Springs":
+        """Springs of structures that differ in parameters alone, as those of one with parameters (lanes, s)."""
+        laws = zip(*([law for law, _ in one.groups] for one in every), strict=True)
+        groups = tuple(
+            Group(
+                Law(
+                    law.name, law.module, {x: np.array([one.parameters[x] for one in of]) for x in law.parameters}, None
+                ),
+                where,
+            )
+            for of, (law, where) in zip(laws, every[0].groups, strict=True)
+        )
+        return cls(every[0].B, every[0].full, groups)
+
     @property
     def size(self) -> int:
         """s."""
