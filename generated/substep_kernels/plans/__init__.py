@@ -4,7 +4,10 @@ In each module, `step` returns, for numbers h and parameters: the operations in 
 reported. `start`, where the state at t = 0 is not made of u_0, v_0, a_0, returns the same for it. A row is a
 dictionary vector -> coefficient. An operation is ("combine", vector, row), or ("solve", vector, slots), where the
 slots are rows for M, C and K0, triples (w, row, instant in steps after t_n) for N, triples (w, row, row) for
-N_discrete, pairs (w, instant) for f, and the vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..); commit are
-triples (row of u, row of v, instant) where a sub-step ends with it, at which an internal force with a memory is
-committed. NO_MEMORY: why the scheme takes no such force, empty where it does.
+N_discrete, pairs (w, instant) for f, and the vector solves M*.. + C*.. + K0*.. + w*N(..) = w*f(..), together with
+those that follow where these read each other's vectors; commit are triples (row of u, row of v, instant) where a
+sub-step ends with it, at which an internal force with a memory is committed; contact is a row of u and one of v where a
+reaction of the balance acts, its instant, and its share in the mean reaction of the step. NO_MEMORY: why the scheme
+takes no such force, empty where it does; NO_CONTACT and NO_RESTITUTION: why it takes no contacts that hold a gap, or a
+velocity.
 """
