@@ -49,9 +49,11 @@ STEEL: dict[str, float] = {"q_y": 1.0, "alpha": 0.05}
 CASES = [
     *(("bilinear", STEEL, scheme) for scheme in (
         "bathe", "hht_alpha", "hht_alpha_mixed_displacement", "wilson_theta", "rk4", "houbolt", "kr_alpha", "noh_bathe",
+        "radau_iia3", "discontinuous_galerkin_p1",
     )),
     ("clough", STEEL, "newmark"),
     ("bouc_wen", {"q_y": 1.0, "n": 2.0}, "hht_alpha"),
+    ("bouc_wen", {"q_y": 1.0, "n": 2.0}, "gauss2"),
     ("maxwell", {"stiffness": 20.0, "c": 3.0}, "rk4"),
     ("maxwell", {"stiffness": 20.0, "c": 3.0}, "bathe"),
     ("power_damper", {"c": 0.5, "exponent": 0.5}, "newmark"),
@@ -252,7 +254,9 @@ def own_by_name(t: float, u: np.ndarray, v: np.ndarray, state: dict[str, np.ndar
     return force, (tangent, None), {"plastic": new, "t": np.array(t)}
 
 
-@pytest.mark.parametrize("scheme", ["average_acceleration", "bathe", "hht_alpha", "houbolt", "wilson_theta", "rk4"])
+@pytest.mark.parametrize(
+    "scheme", ["average_acceleration", "bathe", "hht_alpha", "houbolt", "wilson_theta", "rk4", "radau_iia2"]
+)
 def test_a_material_of_ones_own_is_the_springs(scheme: str) -> None:
     s = building()
     options: dict[str, Any] = {"dt": DT, "t_end": 1.5, "account": False}

@@ -111,8 +111,8 @@ def test_a_hardening_chain_is_that_of_scipy(solver: str) -> None:
         return convert(CHAIN.T @ np.diag(4.0 + 15.0 * e**2) @ CHAIN), convert(0.3 * np.cos(t) * np.eye(N))
 
     convert: Any = np.array if solver == "auto" else sparse.csr_array
-    s = ss.structure(convert(M), C=convert(C), internal_force=internal, tangent=tangent, u0=0.3 * U0, v0=V0, solver=solver,
-                     load=(P, ss.Harmonic(1.0, OMEGA, 0.4)))  # fmt: skip
+    s = ss.structure(convert(M), C=convert(C), internal_force=internal, tangent=tangent, u0=0.3 * U0, v0=V0,
+                     solver=solver, load=(P, ss.Harmonic(1.0, OMEGA, 0.4)))  # fmt: skip
 
     def rate(t: float, y: Array) -> Array:
         return np.r_[y[N:], np.linalg.solve(M, force(t) - C @ y[N:] - internal(t, y[:N], y[N:]))]

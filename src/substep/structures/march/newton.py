@@ -1,6 +1,6 @@
 """Systems of a plan on a nonlinear structure: Newton's iteration, which keeps a factorization while it contracts."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -333,7 +333,10 @@ class NonlinearSystem:
         """
         if self.branches is None or self.internal.reads < 2:
             return False
-        parts = [known, *(matrix @ (factor * z) for factor, matrix in self._by_unknown)]
+        return self._left(residual, [known, *(matrix @ (factor * z) for factor, matrix in self._by_unknown)])
+
+    def _left(self, residual: Array, parts: Sequence[Array]) -> bool:
+        """Whether the residual is more than rounding of these parts of it and of the internal force."""
         rounding = 16 * EXACT * self.largest * float(np.abs(self.structure.K.diagonal()).max())
         allowed = BALANCED * sum(float(np.abs(part).max()) for part in parts) + rounding
         return float(np.abs(residual).max()) > allowed

@@ -100,16 +100,28 @@ class NonlinearTogether(NonlinearSystem):
         return found + combined(row[None, self.unknowns], z.reshape(len(self.group), -1))[0]
 
     def _residual(self, X: Array, z: Array, known: Array, t: float) -> Array:
-        Z, total = z.reshape(len(self.group), -1), known.reshape(len(self.group), -1).copy()
+        total = (known + self._by_matrices(z)).reshape(len(self.group), -1)
         for k, (system, offset) in enumerate(zip(self.group, self.offsets, strict=True)):
-            for name, matrix in self.products.items():
-                if (row := getattr(system, name)[self.unknowns]).any():
-                    total[k] += matrix @ combined(row[None], Z)[0]
             v = self._at(system.velocity, X, z)
             for force in system.forces:
                 u = self._at(force.u, X, z)
                 total[k] += force.w * self.internal(t + offset, u, v, self._recalled(force))
         return total.ravel()
+
+    def _by_matrices(self, z: Array) -> Array:
+        """What matrices give of the unknowns."""
+        Z = z.reshape(len(self.group), -1)
+        total = np.zeros_like(Z)
+        for k, system in enumerate(self.group):
+            for name, matrix in self.products.items():
+                if (factors := getattr(system, name)[self.unknowns]).any():
+                    total[k] += matrix @ combined(factors[None], Z)[0]
+        return total.ravel()
+
+    def _unbalanced(self, residual: Array, known: Array, z: Array) -> bool:
+        return (
+            self.internal.remembers and self.internal.reads > 1 and self._left(residual, [known, self._by_matrices(z)])
+        )
 
     def _factorized(self, t: float = 0.0, at: Array | None = None) -> Callable[[Array], Array]:
         """The factors of the residuals' derivative by all unknowns; at: v and displacements of each system."""
@@ -121,7 +133,7 @@ class NonlinearTogether(NonlinearSystem):
             for force in system.forces:
                 K, C = self.internal.stiffness(t + offset, next(where), v, self._recalled(force))
                 terms.append((force.w * force.u, K))
-                if C is not None:
+                if C is not None and not self.released:
                     terms.append((force.w * system.velocity, C))
             places = range(self.unknowns.start, self.unknowns.stop)
             blocks.append([combination([(float(row[j]), matrix) for row, matrix in terms]) for j in places])

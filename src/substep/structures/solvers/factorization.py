@@ -22,6 +22,7 @@ Solver = str | Callable[[Matrix], Solve]
 SINGULAR = 0.05  # residual of a right side that a singular matrix does not attain; 0.006 for beams of condition 1e17
 ROUNDS, RESTARTS = 4, 10  # of GMRES, and of each round the restarts, after 60 products each
 SOLVED, UNSOLVED = 1e-14, 1e-9  # of a right side: what a solution of GMRES leaves, and what only rounding can leave
+NEAR = 0.01  # of the largest entry of a column: pivots of SuperLU on the diagonal, which keep the order; 1 fills more
 DENSE = 300  # unknowns up to which a sparse matrix is factorized as a dense one
 
 
@@ -177,7 +178,9 @@ def superlu(matrix: Matrix) -> Solve:
 
     A = sparse.csc_array(matrix)
     symmetric = asymmetry(A) < 1e-12
-    options: dict[str, Any] = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}} if symmetric else {}
+    options: dict[str, Any] = {"diag_pivot_thresh": NEAR}
+    if symmetric:
+        options = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
     if not find_spec("pymetis"):
         options["permc_spec"] = "MMD_AT_PLUS_A"
         if not _would_fit(matrix.shape[0], 2 * A.dtype.itemsize):
