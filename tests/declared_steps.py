@@ -1,10 +1,11 @@
 """Any declaration, marched number by number on systems of any size, in double or in mpmath's precision.
 
 It shares nothing with the derivation but the declaration. All relations and balances are one linear system in the new
-symbols once the forces are known; the forces follow from its solution, by repetition, which for small steps converges
-with a factor of h^2 or less.
+symbols once the forces are known. The forces are found by Newton's method with the tangent at the start, which on a
+linear system is exact at once.
 """
 
+import numbers
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -32,6 +33,33 @@ class System:
 
     def acceleration(self, u: Array, v: Array, t: Any) -> Array:
         return self.load(t) - self.damping @ v - self.force(u)
+
+
+def oscillator(damping: Any, stiffness: Any, cubic: Any = 0, load: Callable[[Any], Any] = lambda t: 0) -> System:
+    """u'' + damping u' + stiffness u + cubic u^3 = load(t), in mpmath's precision; the gradient is the mean force."""
+
+    def force(u: Array) -> Array:
+        return stiffness * u + cubic * u**3
+
+    return System(
+        force,
+        lambda u: np.diag(stiffness + 3 * cubic * u**2),
+        lambda u, w: (force(u) + force(w)) / 2,
+        vector(damping)[:, None],
+        lambda t: vector(load(t)),
+    )
+
+
+def vector(*x: Any) -> Array:
+    """An array of mpmath's numbers."""
+    return np.array([exact(value) for value in x], dtype=object)
+
+
+def exact(value: Any) -> Any:
+    """A number, a fraction or SymPy's too, in mpmath's precision."""
+    if isinstance(value, numbers.Rational):
+        return mpmath.mpf(int(value.numerator)) / int(value.denominator)
+    return mpmath.mpf(value)
 
 
 @dataclass(frozen=True)
@@ -101,11 +129,17 @@ class Marcher:
         self.loads = list({t[0]: t for terms in forms for t in terms if isinstance(t[0], f)}.values())
         columns = [*self.unknowns, *self.state, *(t[0] for t in self.forces), *(t[0] for t in self.loads)]
         matrix, known = self.blocks(forms, columns, len(self.unknowns))
-        self.known = product(-(self.inverted(matrix) @ known))  # new symbols from the state, forces and loads
-        where = (self.blocks(t[2], columns, len(self.unknowns)) for t in self.forces)
-        self.where = [(product(by_new), product(by_given)) for by_new, by_given in where]
+        known = -(self.inverted(matrix) @ known)  # new symbols from the state, forces and loads
         k = len(self.state) * self.d
         self.of_force = slice(k, k + len(self.forces) * self.d)
+        where = [
+            new @ known + old for new, old in (self.blocks(t[2], columns, len(self.unknowns)) for t in self.forces)
+        ]
+        means = [w.reshape(-1, self.d, w.shape[1]).mean(axis=0)[:, self.of_force] for w in where]
+        chord = np.eye(len(self.forces) * self.d, dtype=int) * self.eye[0, 0]
+        chord = chord - np.concatenate([self.matrices[3] @ mean for mean in means])
+        self.correction = product(self.inverted(chord))  # of forces, by those at the places that they lead to
+        self.known, self.where = product(known), [product(w) for w in where]
 
     def blocks(self, forms: Sequence[Any], columns: Sequence[Any], split: int) -> tuple[Array, Array]:
         """The forms as a matrix, its first `split` columns and the others."""
@@ -163,18 +197,19 @@ class Marcher:
         given = np.concatenate([*(state[s] for s in self.state), *zero, *loads])
         small, last = (mpmath.mpf(10) ** (5 - mpmath.mp.dps) if self.exact else 1e-15), None
         for _ in range(300):
-            new = self.known(given)
-            forces = given[self.of_force].copy()
-            for k, ((atom, _, _), (by_new, by_given)) in enumerate(zip(self.forces, self.where, strict=True)):
-                where = (by_new(new) + by_given(given)).reshape(-1, self.d)
-                own = self.system.force(*where) if isinstance(atom, N) else self.system.gradient(*where)
-                given[self.of_force.start + k * self.d :][: self.d] = own
-            change, size = abs(given[self.of_force] - forces).max(), abs(given[self.of_force]).max()
-            if change <= small * size or (last is not None and last <= change <= 100 * small * size):
+            places = [where(given).reshape(-1, self.d) for where in self.where]
+            own = [
+                self.system.force(*where) if isinstance(atom, N) else self.system.gradient(*where)
+                for (atom, _, _), where in zip(self.forces, places, strict=True)
+            ]
+            change = self.correction(np.concatenate(own) - given[self.of_force])
+            given[self.of_force] += change
+            off, size = abs(change).max(), abs(given[self.of_force]).max()
+            if off <= small * size or (last is not None and last <= off <= 1e5 * small * size):
                 found = self.known(given).reshape(-1, self.d)
                 return {**state, **dict(zip(self.unknowns, found, strict=True))}
-            last = change
-        raise ArithmeticError(f"{self.scheme.name}: repetition does not converge at h = {self.h}")
+            last = off
+        raise ArithmeticError(f"{self.scheme.name}: Newton's method does not converge at h = {self.h}")
 
     def reported(self, x: Mapping[Symbol, Array], t: Any) -> list[Array]:
         """u, v, a at the end of a step that began at t."""
@@ -200,15 +235,14 @@ class Marcher:
 
 def march(
     scheme: Scheme, values: Mapping[Symbol, Any], system: System, step: Any, n: int, u: Array, v: Array,
-    make: type[Marcher] = Marcher,
 ) -> list[list[Array]]:  # fmt: skip
     """Rows (u, v, a) at 0, h, ..., n h."""
     rows = [[u, v, system.acceleration(u, v, 0 * step)]]
-    marcher = make(scheme, values, system, step, u)
+    marcher = Marcher(scheme, values, system, step, u)
     starter = scheme.start_scheme
     if starter is not None:
         lag = max(-int(lattice(knot_of(s)[1])) for s in scheme.state)  # type: ignore[index, arg-type]
-        rows = march(starter, {}, system, step, lag, u, v, make)
+        rows = march(starter, {}, system, step, lag, u, v)
         state = {s: rows[lag + int(lattice(knot_of(s)[1]))]["uva".index(s.name[0])] for s in scheme.state}  # type: ignore[index, arg-type]
     else:
         state = marcher.started(u, v)
@@ -217,3 +251,14 @@ def march(
         rows.append(marcher.reported(x, i * step))
         state = marcher.after(x)
     return rows
+
+
+def amplification(scheme: Scheme, values: Mapping[Symbol, Any], system: System) -> Array:
+    """The matrix of one step of h = 1 on a linear system without load, column by column from unit states."""
+    d, zero = len(system.damping), 0 * system.damping[0, 0]
+    marcher = Marcher(scheme, values, system, zero + 1, np.array([zero] * d))
+    size, columns = range(len(scheme.state) * d), []
+    for unit in np.array([[zero + int(i == j) for i in size] for j in size]):
+        state = dict(zip(scheme.state, unit.reshape(-1, d), strict=True))
+        columns.append(np.concatenate([*marcher.after(marcher.step(state, zero)).values()]))
+    return np.array(columns).T

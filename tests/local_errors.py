@@ -1,44 +1,42 @@
 """Local errors and their estimates in numbers: a scheme stepped with mpmath, held against the exact motion."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Any
 
+import mpmath
 from declared import for_oracle
+from declared_steps import Array, Marcher, System, exact, oscillator, vector
 from oracle import entry
-from stepping import MP, Problem, Stepper, _mpf
-from substep_derive import Estimator, N, N_discrete, Scheme
+from substep_derive import Estimator, Scheme
 from substep_derive.algebra.algebraic import generator
 from substep_derive.algebra.constant import approximated
 from substep_derive.declare.symbols import h, knot_of, lattice
 from sympy import Expr, Rational, Symbol, lambdify
-
-u0, v0 = Symbol("u_0"), Symbol("v_0")
 
 
 class Oscillation:
     """u'' + c u' + k u = f with f = amplitude*cos(rate*t), and its exact motion from u, v at any time."""
 
     def __init__(self, xi: Any, amplitude: Any, rate: Any = "17/10") -> None:
-        self.omega, self.xi, self.rate = MP.mpf(1), _mpf(xi), _mpf(rate)
-        self.amplitude = _mpf(amplitude)
+        self.omega, self.xi, self.rate = mpmath.mpf(1), mpmath.mpf(xi), mpmath.mpf(rate)
+        self.amplitude = mpmath.mpf(amplitude)
         self.c, self.k = 2 * self.xi * self.omega, self.omega**2
-        self.problem = Problem(self.c, lambda u: self.k * u, lambda u: self.k, self.load)
+        self.system = oscillator(self.c, self.k, load=self.load)
 
     def load(self, t: Any) -> Any:
-        return self.amplitude * MP.cos(self.rate * t)
+        return self.amplitude * mpmath.cos(self.rate * t)
 
     def forced(self, t: Any) -> tuple[Any, Any]:
         """The steady response."""
-        z = self.amplitude * MP.expj(self.rate * t) / (self.k - self.rate**2 + 1j * self.c * self.rate)
+        z = self.amplitude * mpmath.expj(self.rate * t) / (self.k - self.rate**2 + 1j * self.c * self.rate)
         return z.real, (1j * self.rate * z).real
 
     def after(self, u: Any, v: Any, t: Any, dt: Any) -> tuple[Any, Any]:
         """u, v at t + dt from u, v at t."""
         (p0, q0), (p1, q1) = self.forced(t), self.forced(t + dt)
-        x, y, w = u - p0, v - q0, self.omega * MP.sqrt(1 - self.xi**2)
-        decay, a = MP.exp(-self.c / 2 * dt), (y + self.c / 2 * x) / w
-        cos, sin = MP.cos(w * dt), MP.sin(w * dt)
+        x, y, w = u - p0, v - q0, self.omega * mpmath.sqrt(1 - self.xi**2)
+        decay, a = mpmath.exp(-self.c / 2 * dt), (y + self.c / 2 * x) / w
+        cos, sin = mpmath.cos(w * dt), mpmath.sin(w * dt)
         free = decay * (x * cos + a * sin)
         rate = decay * w * (a * cos - x * sin) - self.c / 2 * free
         return p1 + free, q1 + rate
@@ -46,7 +44,7 @@ class Oscillation:
 
 def evaluated(e: Expr, values: Mapping[Symbol, Any]) -> Any:
     symbols = sorted(e.free_symbols, key=str)
-    return lambdify(symbols, e, modules=MP)(*(values[s] for s in symbols)) if symbols else MP.mpf(int(e))
+    return lambdify(symbols, e, modules="mpmath")(*(values[s] for s in symbols))
 
 
 def _in_numbers(scheme: Scheme, error: Expr) -> Expr:
@@ -63,11 +61,11 @@ def settled(scheme: Scheme, parameters: dict[str, Rational], motion: Oscillation
     kinds = [knot_of(s) or ("u", "0") for s in scheme.state]
     state = []
     for kind, label in kinds:  # scaled by powers of h, as the oracle's
-        t = _mpf(lattice(label)) * dt
-        u, v = motion.after(MP.mpf(1), MP.mpf("0.3"), 0, t)
+        t = exact(lattice(label)) * dt
+        u, v = motion.after(mpmath.mpf(1), mpmath.mpf("0.3"), 0, t)
         a = motion.load(t) - motion.c * v - motion.k * u
         state.append({"u": u, "v": dt * v, "a": dt**2 * a}[kind])
-    numbers = {key: _mpf(value) for key, value in given.items()}
+    numbers = {key: exact(value) for key, value in given.items()}
     for n in range(steps):
         at = n * dt
         state, _ = step(
@@ -76,12 +74,7 @@ def settled(scheme: Scheme, parameters: dict[str, Rational], motion: Oscillation
     return [value / dt ** "uva".index(kind) for value, (kind, _) in zip(state, kinds, strict=True)]
 
 
-def with_mean_force(scheme: Scheme) -> Scheme:
-    """The scheme with the mean of two forces for a discrete gradient, which it is on a linear problem."""
-    mean = [replace(b, force=b.force.replace(N_discrete, lambda u, w: (N(u) + N(w)) / 2)) for b in scheme.balances]
-    return replace(scheme, balances=tuple(mean))
-
-
+@mpmath.workdps(40)
 def ratios(
     scheme: Scheme,
     parameters: dict[str, Rational],
@@ -95,15 +88,13 @@ def ratios(
 
     An estimate of the second value's error is that value less the first, so that it is divided by the two together.
     """
-    dt = _mpf(dt)
-    scheme = with_mean_force(scheme)
-    state = settled(scheme, parameters, motion, dt, steps)
-    stepper = Stepper(scheme, parameters, motion.problem, dt, state[0])
-    shorter = Stepper(scheme, parameters, motion.problem, _mpf(kappa) * dt, state[0])
-    symbols = two_steps(stepper, state, steps * dt, motion.problem, motion.after, shorter)
+    dt = exact(dt)
+    state = dict(zip(scheme.state, map(vector, settled(scheme, parameters, motion, dt, steps)), strict=True))
+    marcher = marcher_of(scheme, parameters, motion.system, dt)
+    shorter = marcher_of(scheme, parameters, motion.system, exact(kappa) * dt)
+    symbols = two_steps(marcher, state, steps * dt, motion.after, shorter)
     if any("halved" in s.name for s in (estimates.u + estimates.v).free_symbols):
-        before = [symbols[s] for s in scheme.state]
-        symbols |= halved(scheme, parameters, motion.problem, before, (steps + 1) * dt, dt)
+        symbols |= halved(marcher, parameters, symbols, (steps + 1) * dt)
     found = []
     for estimate, key in ((estimates.displacement, "u"), (estimates.velocity, "v")):
         size, error = evaluated(_in_numbers(scheme, estimate.error), symbols), symbols[key]
@@ -111,42 +102,46 @@ def ratios(
     return found[0], found[1]
 
 
+def marcher_of(scheme: Scheme, parameters: Mapping[str, Rational], system: System, dt: Any) -> Marcher:
+    """Steps of dt on one degree of freedom whose tangent is taken at u = 1."""
+    return Marcher(scheme, {Symbol(name): exact(x) for name, x in parameters.items()}, system, dt, vector(1))
+
+
 def two_steps(
-    stepper: Stepper,
-    state: list[Any],
+    marcher: Marcher,
+    state: Mapping[Symbol, Array],
     t: Any,
-    problem: Problem,
     after: Callable[..., tuple[Any, Any]],
-    opening: Stepper | None = None,
+    opening: Marcher | None = None,
 ) -> dict[Any, Any]:
     """All symbols of the second of two steps from a state, those of the first with labels of the step before.
 
     Under "u" and "v" the second step's local errors. opening: makes the first step, of another length.
     """
-    dt, opening = stepper.h, opening or stepper
+    dt, opening = marcher.h, opening or marcher
     first = opening.step(state, t)
     begin = opening.reported(first, t)[:2]
-    state, t = opening.carried(first), t + opening.h
-    second = stepper.step(state, t)
-    end = stepper.reported(second, t)[:2]
-    exact = after(*begin, t, dt)
-    found = {h: dt, Symbol("kappa"): opening.h / dt, **stepper.values}
+    state, t = opening.after(first), t + opening.h
+    second = marcher.step(state, t)
+    end = marcher.reported(second, t)[:2]
+    found: dict[Any, Any] = {}
     for symbol, value in first.items():
         kind, label = knot_of(symbol) or ("", "")
         step = lattice(label)
         found[Symbol(f"{kind}_{step - 1}" if step is not None else f"{kind}_*{label}-1")] = value
     found |= second
     found |= {Symbol("u_*end"): end[0], Symbol("v_*end"): end[1]}
-    found[Symbol("a_*end")] = problem.acceleration(*end, t + dt)
-    found[Symbol("a_*start")] = problem.acceleration(*begin, t)
-    return found | {"u": end[0] - exact[0], "v": end[1] - exact[1]}
+    found[Symbol("a_*end")] = marcher.system.acceleration(*end, t + dt)
+    found[Symbol("a_*start")] = marcher.system.acceleration(*begin, t)
+    found = {symbol: x[0] for symbol, x in found.items()}
+    found |= {h: dt, Symbol("kappa"): opening.h / dt, **dict(zip(marcher.names, marcher.values[1:], strict=True))}
+    true = after(begin[0][0], begin[1][0], t, dt)
+    return found | {"u": end[0][0] - true[0], "v": end[1][0] - true[1]}
 
 
-def halved(
-    scheme: Scheme, parameters: dict[str, Rational], problem: Problem, state: list[Any], t: Any, dt: Any
-) -> dict:
-    """u, v after two steps of dt/2."""
-    stepper = Stepper(scheme, parameters, problem, dt / 2, state[0])
-    middle = stepper.carried(stepper.step(state, t))
-    u, v, _ = stepper.reported(stepper.step(middle, t + dt / 2), t + dt / 2)
-    return {Symbol("u_*halved"): u, Symbol("v_*halved"): v}
+def halved(marcher: Marcher, parameters: Mapping[str, Rational], symbols: Mapping[Any, Any], t: Any) -> dict:
+    """u, v after two steps of half the marcher's length, from the same state."""
+    half = marcher_of(marcher.scheme, parameters, marcher.system, marcher.h / 2)
+    middle = half.after(half.step({s: vector(symbols[s]) for s in marcher.state}, t))
+    u, v, _ = half.reported(half.step(middle, t + half.h), t + half.h)
+    return {Symbol("u_*halved"): u[0], Symbol("v_*halved"): v[0]}

@@ -1,24 +1,28 @@
 """Estimators on a damped Duffing oscillator under a load, whose local errors come from Taylor series of 30 terms."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
+import mpmath
 import pytest
 from declared import BY_NAME
-from local_errors import evaluated, halved, two_steps
-from stepping import MP, Problem, Stepper
-from substep_derive import Estimator, Scheme, estimator, f, h, knot
+from declared_steps import oscillator, vector
+from local_errors import evaluated, halved, marcher_of, two_steps
+from substep_derive import Estimator, Scheme, estimator, f, h
 from sympy import Rational, Symbol
 
-C, EPS, RATE = MP.mpf("0.3"), MP.mpf("1.5"), MP.mpf("1.7")
+C, EPS, RATE = mpmath.mpf("0.3"), mpmath.mpf("1.5"), mpmath.mpf("1.7")
 TERMS = 30
 
 
-def load(t: Any) -> Any:
-    return MP.cos(RATE * t)
+@pytest.fixture(autouse=True)
+def digits() -> Iterator[None]:
+    with mpmath.workdps(40):
+        yield
 
 
-DUFFING = Problem(C, lambda u: u + EPS * u**3, lambda u: 1 + 3 * EPS * u**2, load)
+DUFFING = oscillator(C, 1, EPS, lambda t: mpmath.cos(RATE * t))
 
 
 def after(u: Any, v: Any, t: Any, dt: Any) -> tuple[Any, Any]:
@@ -27,24 +31,21 @@ def after(u: Any, v: Any, t: Any, dt: Any) -> tuple[Any, Any]:
     for k in range(TERMS):
         square.append(sum(x[i] * x[k - i] for i in range(k + 1)))
         cube.append(sum(square[i] * x[k - i] for i in range(k + 1)))
-        force = RATE**k * MP.cos(RATE * t + k * MP.pi / 2) / MP.factorial(k)
+        force = RATE**k * mpmath.cos(RATE * t + k * mpmath.pi / 2) / mpmath.factorial(k)
         x.append((force - C * (k + 1) * x[k + 1] - x[k] - EPS * cube[k]) / ((k + 1) * (k + 2)))
-    return MP.polyval(x[::-1], dt), MP.polyval([k * c for k, c in enumerate(x)][:0:-1], dt)
+    return mpmath.polyval(x[::-1], dt), mpmath.polyval([k * c for k, c in enumerate(x)][:0:-1], dt)
 
 
 def quotients(scheme: Scheme, values: dict[str, Rational], found: Estimator, n: int) -> tuple[Any, Any]:
     """Estimate/true local error of u and v after n/4 steps of 1/n."""
-    dt = MP.mpf(1) / n
-    stepper = Stepper(scheme, values, DUFFING, dt, MP.mpf(1))
-    start = dict(
-        zip(knot(0), (MP.mpf(1), MP.mpf("0.3"), DUFFING.acceleration(MP.mpf(1), MP.mpf("0.3"), 0)), strict=True)
-    )
-    state = [start[s] for s in scheme.state]
+    marcher = marcher_of(scheme, values, DUFFING, mpmath.mpf(1) / n)
+    state = marcher.started(vector(1), vector("0.3"))
     for k in range(n // 4):
-        state = stepper.carried(stepper.step(state, k * dt))
-    symbols = two_steps(stepper, state, MP.mpf(1) / 4, DUFFING, after)
+        state = marcher.after(marcher.step(state, k * marcher.h))
+    quarter = mpmath.mpf(1) / 4
+    symbols = two_steps(marcher, state, quarter, after)
     if any("halved" in s.name for s in (found.u + found.v).free_symbols):
-        symbols |= halved(scheme, values, DUFFING, [symbols[s] for s in scheme.state], MP.mpf(1) / 4 + dt, dt)
+        symbols |= halved(marcher, values, symbols, quarter + marcher.h)
     return evaluated(found.u, symbols) / symbols["u"], evaluated(found.v, symbols) / symbols["v"]
 
 

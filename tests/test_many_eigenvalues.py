@@ -5,10 +5,9 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
+from declared_steps import amplification, exact, oscillator
 from inner_kernels import block_of, from_python
 from plain_kernels import uncompiled
-from stepping import MP
-from stepping import amplification as stepped
 from substep_derive import Balance, Scheme, derive
 from substep_derive.declare.catalogue import find
 from substep_derive.declare.symbols import h, knot, lam
@@ -191,7 +190,7 @@ def check(found: Any, values: list[Any], moves: list[Any], omega: float, damping
 def test_above_critical_damping_the_radius_is_over_both_rates(parameter: float | None) -> None:
     """There the eigenvalues at the two rates are no longer conjugates; 33 points, so that a block is left over."""
     s = ss.scheme("park") if parameter is None else ss.scheme("oalts", rho_inf=parameter)
-    numbers = {} if parameter is None else {"rho_inf": Rational(parameter)}
+    numbers = {} if parameter is None else {Symbol("rho_inf"): exact(parameter)}
     points = [(o, x) for o in (0.0, 1e-5, 0.01, 0.1, 0.5, 2.0, 30.0, 1e3) for x in (0.999, 1.0, 1.5, 20.0)]
     points.append((3.0, 1.1))
     radius = s.spectral_radius(*np.transpose(points))
@@ -199,9 +198,10 @@ def test_above_critical_damping_the_radius_is_over_both_rates(parameter: float |
         if omega == 0:
             assert found == 1
             continue
-        with MP.workdps(60), mpmath.workdps(60):
-            matrix = stepped(find(s.name), numbers, MP.mpf(omega), MP.mpf(damping))
-            values, moves = exact_spectrum(mpmath.matrix(matrix))
+        with mpmath.workdps(60):
+            system = oscillator(2 * exact(damping) * exact(omega), exact(omega) ** 2)
+            matrix = amplification(find(s.name), numbers, system)
+            values, moves = exact_spectrum(mpmath.matrix(matrix.tolist()))
             largest = max(abs(x) for x in values)
             assert abs(found - largest) <= max(1e-14 * largest, 20 * max(moves)), (omega, damping)
 

@@ -6,9 +6,9 @@ import mpmath
 import numpy as np
 import pytest
 from declared import BY_NAME, NAMES, UNDAMPED
-from declared_steps import Marcher, System, march
+from declared_steps import System, amplification, march, oscillator
 from nonlinear_systems import defaults
-from substep_derive import DeclarationError, ModifiedEquation, ModifiedMotion, Scene, Scheme, derive, rate
+from substep_derive import DeclarationError, ModifiedEquation, ModifiedMotion, Scene, derive, rate
 from substep_derive.algebra.algebraic import generator
 from substep_derive.nonlinear.modified import modified_equation
 from substep_derive.oscillator.evaluation import Evaluation
@@ -75,19 +75,6 @@ def defaults_of_root(equation: ModifiedEquation) -> dict[Any, Any]:
     return {generator: mpmath.mpf(int(root.low.numerator)) / int(root.low.denominator)}
 
 
-def eigenvalues(scheme: Scheme, h: Any, xi: Any) -> list[Any]:
-    """Those of a step on u'' + 2 xi u' + u = 0, from steps of unit states."""
-    one = np.array([mpmath.mpf(1)], dtype=object)
-    damping = np.array([[2 * xi]], dtype=object)
-    plain = System(lambda u: u, lambda u: one[:, None], lambda u, w: (u + w) / 2, damping, lambda t: 0 * one)
-    marcher = Marcher(scheme, defaults(scheme, True), plain, h, one)
-    columns = []
-    for s in scheme.state:
-        new = marcher.after(marcher.step({other: one * (other == s) for other in scheme.state}, 0 * h))
-        columns.append([new[other][0] for other in scheme.state])
-    return list(mpmath.eig(mpmath.matrix(columns).T, left=False, right=False))
-
-
 @pytest.mark.parametrize("xi", ["0", "0.3"])
 @pytest.mark.parametrize("name", NAMES)
 def test_on_a_linear_oscillator_it_has_the_step_s_eigenvalues(name: str, xi: str) -> None:
@@ -99,7 +86,8 @@ def test_on_a_linear_oscillator_it_has_the_step_s_eigenvalues(name: str, xi: str
         off = []
         for steps in (64, 128):
             h, damping = mpmath.mpf(1) / steps, mpmath.mpf(xi)
-            mu = [mpmath.log(root) / h for root in eigenvalues(scheme, h, damping)]
+            step = amplification(scheme, defaults(scheme, True), oscillator(2 * damping * h, h**2))
+            mu = [mpmath.log(root) / h for root in mpmath.eig(mpmath.matrix(step.tolist()), left=False, right=False)]
             exact = [-damping + s * mpmath.sqrt(damping**2 - 1) for s in (1, -1)]
             principal = [min(mu, key=lambda z, e=e: abs(z - e)) for e in exact]
             a, b = linear(equation, h, damping)

@@ -19,6 +19,7 @@ from substep_derive.nonlinear.step import StepSeries, lag
 from substep_derive.nonlinear.trees import trees
 from substep_derive.oscillator.evaluation import Evaluation
 from sympy import Expr, Integer, Rational, prod
+from tables import COMPOSITIONS, EXTRAPOLATIONS, NYSTROM, TABLES
 
 from substep.derived.facade import order
 
@@ -27,6 +28,7 @@ u1, v1, a1 = end = knot(1)
 # from there on the first term of the error in v is the largest
 STEPS = {("bdf4", "pushed_bar"): 40, ("lobatto_iiic2", "pushed_bar"): 80, ("zhai", "damped_pendulum"): 80}
 STEPS |= {("adams_moulton4", "duffing"): 40}
+OF_TABLES = (*TABLES, *NYSTROM, *EXTRAPOLATIONS, *COMPOSITIONS)
 KINDS = {"duffing": "free", "damped_pendulum": "damped", "pushed_bar": "uva"}
 
 
@@ -58,6 +60,8 @@ def test_it_is_not_above_the_linear_one(name: str) -> None:
     assert all(x <= y for x, y in zip(found.uva, linear, strict=True))
     for triple in (found.free, found.damped, found.forced):
         assert all(x >= y for x, y in zip(triple, found.uva, strict=True))
+    if name in OF_TABLES:  # a table's conditions are those of nonlinear equations
+        assert found.free == linear
 
 
 @pytest.mark.parametrize(

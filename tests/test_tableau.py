@@ -4,23 +4,23 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
+import mpmath
 import numpy as np
 import pytest
 import tables
-from declared import BY_NAME, TOGETHER, UNDAMPED, random_parameters
-from declared_steps import constants
-from stepping import MP, Problem
-from substep_derive import DeclarationError, Parameter, Root, Scheme, certify, composition, derive, nystrom, tableau
+from declared import BY_NAME, UNDAMPED
+from declared_steps import Marcher, oscillator, vector
+from nonlinear_systems import defaults
+from substep_derive import DeclarationError, Parameter, Root, certify, composition, derive, nystrom, tableau
 from substep_derive.algebra.constant import reduced
 from substep_derive.algebra.rooted_trees import nystrom_order, nystrom_trees, rooted_trees, runge_kutta_order
 from substep_derive.declare.catalogue import find_scene
 from substep_derive.declare.schemes.newmark import central_difference
-from substep_derive.declare.symbols import Omega, f, gamma, h, knot
+from substep_derive.declare.symbols import Omega, f, gamma, knot
 from substep_derive.emit.first_use import catalogue_pair
 from substep_derive.motion.equations import EquationsOfMotion
 from substep_derive.stability.all_damping import certify_all_damping
-from sympy import Expr, Interval, Matrix, Rational, Symbol, cancel, eye, lambdify
-from sympy.printing.pycode import MpmathPrinter
+from sympy import Interval, Matrix, Rational, Symbol, cancel, eye
 
 import substep as ss
 
@@ -31,9 +31,6 @@ EMBEDDED = {
     "bogacki_shampine": 2, "dormand_prince": 4, "esdirk32": 2, "esdirk43": 3,
     "rkn43": 3, "rkn64": 4, "stoermer_extrapolation": 6, "four_substep": 3,
 }  # fmt: skip
-OF_TABLES = (*tables.TABLES, *tables.NYSTROM, *tables.EXTRAPOLATIONS, *tables.COMPOSITIONS)
-# schemes whose balances are solved one after another; `test_nonlinear_order` marches the others
-ONE_BY_ONE = [name for name in OF_TABLES if name not in TOGETHER]
 
 
 def test_trees_are_as_many_as_there_are() -> None:
@@ -62,87 +59,20 @@ def test_second_values_are_declared_by_these() -> None:
     assert all(set(BY_NAME[name].embedded) == {u1, v1} for name in EMBEDDED)
 
 
-PRINTER = MpmathPrinter({"fully_qualified_modules": False, "inline": True})  # fractions without double precision
-
-
-class Stepper:
-    """Steps of a declaration by its own equations in 40 digits: relations as written, one balance after another."""
-
-    def __init__(self, scheme: Scheme, problem: Problem, step: Any) -> None:
-        self.scheme, self.problem, self.h = scheme, problem, MP.mpf(step)
-        found = random_parameters(scheme, np.random.default_rng(0))
-        self.fixed = {h: self.h, **{p.symbol: MP.mpf(str(found[p.name].n(40))) for p in scheme.parameters}}
-        self.fixed |= constants(scheme, MP)
-        self.functions: dict[Expr, tuple[list[Any], Callable[..., Any]]] = {}
-
-    def value(self, e: Expr, known: dict[Any, Any]) -> Any:
-        """The expression, new symbols by their relations."""
-        if e not in self.functions:
-            names = sorted(e.free_symbols, key=str)
-            self.functions[e] = names, lambdify(names, e, modules={"mpf": MP.mpf}, printer=PRINTER)
-        names, function = self.functions[e]
-        for s in names:
-            if s not in known and s not in self.fixed:
-                known[s] = self.value(self.scheme.relations[s], known)
-        return MP.mpf(function(*(known[s] if s in known else self.fixed[s] for s in names)))
-
-    def step(self, known: dict[Any, Any], t: Any) -> dict[Any, Any]:
-        known = {s: known[s] for s in self.scheme.state}
-        for b in self.scheme.balances:
-            (where,), (load,) = (atom.args for atom in (b.force, b.load))
-            now = t + self.h * self.value(load, {})
-
-            def rest(z: Any, b: Any = b, where: Expr = where, now: Any = now) -> Any:
-                trial = {**known, b.inertia: z}
-                return z - self.problem.acceleration(self.value(where, trial), self.value(b.damping, trial), now)
-
-            old, new = MP.mpf(0), -rest(MP.mpf(0))
-            while abs(new - old) > MP.mpf(10) ** -33:
-                slope = (rest(new) - rest(old)) / (new - old)
-                old, new = new, new - rest(new) / slope
-            known[b.inertia] = new
-        self.value(u1 + v1, known)
-        return known
-
-    def end(self, given: tuple[Any, ...], n: int) -> tuple[Any, Any]:
-        state = dict(zip((u0, v0, a0), given, strict=True))
-        for i in range(n):
-            after = self.step(state, i * self.h)
-            state = {u0: after[u1], v0: after[v1], a0: after.get(a1)}
-        return state[u0], state[v0]
-
-
-def problem_of(scheme: Scheme) -> tuple[Problem, tuple[Any, ...]]:
-    """u'' = -sin u - c u' + cos t, with c = 1/5 if the scheme takes damping, from a start without symmetry."""
-    problem = Problem(MP.mpf(1) / 5 if scheme.takes_damping else 0, MP.sin, MP.cos, MP.cos)
-    u, v = MP.mpf(1), MP.mpf(1) / 2
-    return problem, (u, v, problem.acceleration(u, v, 0))
-
-
 @pytest.mark.parametrize("name", EMBEDDED)
+@mpmath.workdps(40)
 def test_the_second_value_has_the_published_order(name: str) -> None:
     """Its difference from the first, after one step of h and of h/2, is of order p + 1."""
     scheme = BY_NAME[name]
-    problem, given = problem_of(scheme)
+    system = oscillator("0.2" if scheme.takes_damping else 0, 1, 1, mpmath.cos)
     differences = []
     for n in (256, 512):
-        stepper = Stepper(scheme, problem, MP.mpf(1) / n)
-        after = stepper.step(dict(zip((u0, v0, a0), given, strict=True)), 0)
-        differences.append([abs(stepper.value(scheme.embedded[s], after) - after[s]) for s in (u1, v1)])
+        marcher = Marcher(scheme, defaults(scheme, True), system, mpmath.mpf(1) / n, vector(1))
+        after = marcher.step(marcher.started(vector(1), vector("0.5")), mpmath.mpf(0))
+        second = [marcher.value(marcher.form(scheme.embedded[s]), after, 0) for s in (u1, v1)]
+        differences.append([abs(x - after[s])[0] for x, s in zip(second, (u1, v1), strict=True)])
     for coarse, fine in zip(*differences, strict=True):
-        assert float(MP.log(coarse / fine, 2)) == pytest.approx(EMBEDDED[name] + 1, abs=0.1)
-
-
-@pytest.mark.parametrize("name", ONE_BY_ONE)
-def test_order_on_a_nonlinear_equation(name: str) -> None:
-    """The larger error of u and v at t = 1/2, where a linear order that is too high would show."""
-    scheme = BY_NAME[name]
-    assert scheme.published is not None and scheme.published.order is not None
-    problem, given = problem_of(scheme)
-    ends = [Stepper(scheme, problem, MP.mpf(1) / (2 * n)).end(given, n) for n in (8, 16, 32)]
-    first, second = (max(abs(x - y) for x, y in zip(*ends[i : i + 2], strict=True)) for i in range(2))
-    observed = float(MP.log(first / second, 2))  # it may come from above, as terms of higher order fade
-    assert scheme.published.order - 0.3 < observed < scheme.published.order + 0.6
+        assert float(mpmath.log(coarse / fine, 2)) == pytest.approx(EMBEDDED[name] + 1, abs=0.1)
 
 
 def test_the_last_stage_is_not_evaluated_twice() -> None:
