@@ -17,7 +17,9 @@ def bent(**more: Any) -> ss.Structure:
     return ss.structure(M, internal_force=lambda u: K @ u + u**3, tangent=lambda u: K + np.diag(3 * u**2), **more)
 
 
-@pytest.mark.parametrize("scheme", ["newmark", "bathe", "houbolt", "kr_alpha", "central_difference_lagged", "rk4"])
+@pytest.mark.parametrize(
+    "scheme", ["newmark", "bathe", "houbolt", "kr_alpha", "central_difference_lagged", "rk4", "gauss3"]
+)
 def test_load_cases_are_marched_at_once(scheme: str) -> None:
     found = ss.sweep(frame(), scheme, dt=0.1, t_end=2.0, load=LOADS, keep="history", dofs=["roof", "first"])
     for case, load in enumerate(LOADS):
