@@ -5,8 +5,11 @@ import sys
 import zlib
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import suppress
 from importlib import import_module
+from importlib.util import find_spec
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -225,3 +228,12 @@ def plainly(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(scene_lanes, "pair_kernels", lambda scene, scheme: kernels(scheme.name, scene.info.source))
     monkeypatch.setattr(threads, "cores", lambda: 1)
+
+
+@pytest.fixture(scope="module")
+def child() -> Iterator[Executor]:
+    """A process in which OpenSees keeps its one model; a test without OpenSees is skipped."""
+    if not find_spec("openseespy"):
+        pytest.skip("openseespy, of the extra bench, is not installed")
+    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        yield pool

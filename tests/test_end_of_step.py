@@ -13,10 +13,10 @@ from substep_derive import estimator, h
 from substep_derive.declare.symbols import knot
 from substep_derive.estimate.end import EndCheck, end_check
 from sympy import Rational, Symbol, symbols
+from test_adaptive import cost
 
 import substep as ss
 from substep.core import schemes as core_schemes
-from substep.core.response import Statistics
 
 pytestmark = pytest.mark.usefixtures("plain_adaptive")
 
@@ -44,11 +44,6 @@ def tolerance(name: str) -> tuple[float, float]:
     p, named = error.order, [{error.sources[s][0] for s, _, _ in above} for above, _ in error.terms[:2]]
     tol = {1: 1e-4, 2: 1e-5, 3: 1e-5}.get(p, 1e-6)
     return tol, (320.0 if all("before" in places for places in named) else 32.0) * tol ** (p / (p + 1))
-
-
-def cost(r: Any) -> Statistics:
-    assert r.statistics is not None
-    return r.statistics
 
 
 def exact(pieces: Pieces, u: float, v: float, t_end: float) -> tuple[float, float]:

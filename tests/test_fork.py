@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from test_adaptive import cost
 
 import substep as ss
-from substep.core.response import Statistics
 
 pytestmark = pytest.mark.usefixtures("plain_adaptive")
 
@@ -66,11 +66,6 @@ def require_rest_of(whole: ss.Response, then: ss.Response, t: float) -> None:
     for name in whole.memory:
         assert np.array_equal(then.memory[name][1:], whole.memory[name][later]), name
     assert np.array_equal(then.newton_iterations, whole.newton_iterations[later[1:]])
-
-
-def cost(r: ss.Response) -> Statistics:
-    assert r.statistics is not None
-    return r.statistics
 
 
 @pytest.mark.matrix

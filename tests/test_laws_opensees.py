@@ -6,11 +6,8 @@ installed, its answers are held against the numbers recorded. OpenSees runs in a
 MKL was loaded before it.
 """
 
-from collections.abc import Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
-from importlib.util import find_spec
+from concurrent.futures import Executor
 from itertools import pairwise
-from multiprocessing import get_context
 from types import ModuleType
 from typing import Any, NamedTuple
 
@@ -371,14 +368,6 @@ def test_a_damper_of_a_power_below_1_lets_go_from_rest(exponent: float) -> None:
     u, v, a = (x[1:, 0] for x in (r.u, r.v, r.a))
     assert np.abs(a + OMEGA**2 * u + c * np.sign(v) * np.abs(v) ** exponent - 1.0).max() < 1e-9
     assert u[[0, 1, 19]] == pytest.approx(FROM_REST[exponent], rel=1e-10)
-
-
-@pytest.fixture(scope="module")
-def child() -> Iterator[Executor]:
-    if not find_spec("openseespy"):
-        pytest.skip("openseespy, of the extra bench, is not installed")
-    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
-        yield pool
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -10,9 +10,9 @@ import pytest
 from declared import BY_NAME
 from plane_elements import shear_building
 from scipy.integrate import solve_ivp
+from test_adaptive import cost
 
 import substep as ss
-from substep.core.response import Statistics
 
 pytestmark = pytest.mark.usefixtures("plain_adaptive")
 
@@ -25,11 +25,6 @@ LOADS = {
 }
 PUSHES = [({2: 40.0}, ss.HalfSine(1.0, 0.37)), ({0: 25.0, 3: 10.0}, ss.Step(1.0, 0.61)), ({1: 9.0}, ss.Harmonic(1, 7))]
 T_END = 1.5
-
-
-def cost(r: Any) -> Statistics:
-    assert r.statistics is not None
-    return r.statistics
 
 
 @cache

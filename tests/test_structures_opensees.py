@@ -3,10 +3,7 @@
 OpenSees runs in a process of its own: it crashes where MKL was loaded before it, as by PARDISO in another test.
 """
 
-from collections.abc import Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
-from importlib.util import find_spec
-from multiprocessing import get_context
+from concurrent.futures import Executor
 from typing import Any
 
 import numpy as np
@@ -104,14 +101,6 @@ def fixed_in_opensees() -> str:
 def test_a_model_without_free_degrees_of_freedom_is_refused(child: Executor) -> None:
     if said := child.submit(fixed_in_opensees).result():
         pytest.skip(said)
-
-
-@pytest.fixture(scope="module")
-def child() -> Iterator[Executor]:
-    if not find_spec("openseespy"):
-        pytest.skip("openseespy, of the extra bench, is not installed")
-    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
-        yield pool
 
 
 @pytest.mark.parametrize("model", ["frame", "shear building"])
