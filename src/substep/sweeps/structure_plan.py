@@ -278,7 +278,7 @@ def _kinds(scheme: Scheme, h: float) -> int:
 def _side_by_side(runs: Sequence[Run], plan: StructurePlan) -> list[tuple[list[Array], Any]]:
     """What `_marched` returns for each run: from one kernel for all, where it takes them and there is much to do."""
     first, n = runs[0], number_of_steps(runs[0].h, plan.t_end)
-    few = len(runs) < LANES // 2 or n * math.prod(plan.shape) < WORTH
+    few = len(runs) < LANES // 4 or n * math.prod(plan.shape) < WORTH
     if few or first.scheme.starter is not None or not all(map(takes, runs)):
         return [_marched(run, number_of_steps(run.h, plan.t_end), plan) for run in runs]
     kind = kind_of(first)

@@ -395,15 +395,12 @@ def march(state, memory, loads, alive, rules, plan, out, report, structure, spri
         for r in range(S):
             _scaled(1.0, next_state[r] if same[r] < 0 else reports[row, same[r]], X[r])
         _elongations(B, reports[row, 0], answers[row, 0])
-        last = answered[c]
-        if last < 0 or len(peaks) == 0:  # histories have the digits of the memory that a march goes on from
-            _zero(rates)
-            if of_rate:
-                _elongations(B, reports[row, 1], rates)
-            last = 0
-            _answer(laws, answers[row, 0], rates, memories[0], at_once, found[0], new[0])
-        _scaled(1.0, found[last, 0], answers[row, 1])
-        _scaled(1.0, found[last, 3], answers[row, 2])
+        _zero(rates)
+        if of_rate:
+            _elongations(B, reports[row, 1], rates)
+        _answer(laws, answers[row, 0], rates, memories[0], at_once, found[0], new[0])
+        _scaled(1.0, found[0, 0], answers[row, 1])
+        _scaled(1.0, found[0, 3], answers[row, 2])
         for r in range(len(peaks)):
             _raised(chosen, reports[row, r], peaks[r])
         for r in range(len(strained)):

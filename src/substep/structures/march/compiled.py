@@ -102,7 +102,10 @@ class CompiledSteps:
         given = [(s.M, s.damping, s.K, K) for s, K in zip(of, held, strict=True)]
         matrices = np.array([[_dense(matrix, n) for matrix in each] for each in given])  # (lanes, 4, n, n)
         plan, shares = _plan(steps, of_rate, held[0] is not None)
-        linear = np.einsum("sm,lmij->lsij", np.reshape(shares, (-1, 4)), matrices)
+        linear = np.zeros((lanes, len(shares), n, n))
+        for s, share in enumerate(shares):
+            for m, factor in enumerate(share):  # of any number of lanes to the bit the same
+                linear[:, s] += factor * matrices[:, m]
         stiff = np.abs(np.diagonal(matrices[:, 2], axis1=1, axis2=2)).max(axis=1)
         blocks = _blocks(np.concatenate([matrices, linear], axis=1))
         structure = blocks, stiff, _side_by_side([run.shapes.T for run in runs])
@@ -220,11 +223,12 @@ def begun_together(runs: Sequence[Run]) -> tuple[list[Run], Array]:
     before = tuple(map(np.stack, zip(*(one.unstrained for one in springs), strict=True)))
     memory = every.answers(u, v, before, 0.0).memory
     there = every.answers(u, v, memory, 0.0)
-    found, force = list[Run](), every.spread(there.force)
+    found = list[Run]()
     for k, (run, s) in enumerate(zip(runs, of, strict=True)):
         remembered, K, a = Memory(tuple(x[k] for x in memory)), held[k], s.a0_given
         if a is None:
-            a = s.acceleration(0.0, s.u0, s.v0, held=force[k] if K is None else force[k] + K @ s.u0)
+            force = springs[k].spread(there.force[k])
+            a = s.acceleration(0.0, s.u0, s.v0, held=force if K is None else force + K @ s.u0)
         found.append(Run(s, run.scheme, run.h, start=np.array([s.u0, s.v0, a]), remembered=remembered))
     return found, np.moveaxis([there.e, there.force], 1, -1)
 
