@@ -42,6 +42,7 @@ def test_mssth_has_the_spectrum_of_ours_and_four_sub_steps_lose_an_order(
     assert d.nonlinear is not None
     assert (d.nonlinear.eigenvalue, d.nonlinear.free, d.nonlinear.forced) == (n, (order,) * 3, (order,) * 3)
     ours = ss.scheme(same, gamma=float(g / 2))
+    assert ours.order is not None
     assert ours.order[:2] == (n, n)
     for Omega, xi in ((0.4, 0.0), (3.0, 0.1), (40.0, 0.0)):
         wanted = np.sort_complex(np.linalg.eigvals(ours.amplification(Omega, xi)))

@@ -132,7 +132,7 @@ class _Scalars:
         if isinstance(operation, Combination):
             self.waiting.append(operation)
         else:
-            self.operations.append(_balance(operation, self.waiting))
+            self.operations.append(_balance(replace(operation, contact=None), self.waiting))
             self.known.add(operation.vector)
         for c in list(self.waiting):
             if self.known.issuperset(c.row):
