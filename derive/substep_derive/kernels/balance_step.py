@@ -223,6 +223,9 @@ def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
             )
     if not stage.alone:
         first, far = begun_together(w, stage, reach, last, solved)
+        if of_rate:  # as if there were no such force, nor what couples accelerations: see below
+            begun = w.hoisted(begun.subs(dict(mixed)).subs(dict(moves)).subs(at_zero))
+            first = Matrix([-e / slope[i, i] for i, e in enumerate(begun)])
         matrices = w.hoisted(residual), w.hoisted(slope + by_z), Matrix()
         return BalanceStep(k, z, before, moves + mixed, *matrices, first, far, after, slope)
     (c_u,) = next(iter(reach.values()), [h * stage.c_v()])  # where only the velocity moves, what it would do to u

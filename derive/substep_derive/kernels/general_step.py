@@ -192,18 +192,26 @@ def _begun(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach, held: E
     """Where the iteration starts, and how far an acceleration moves a displacement; held: one that constraints hold."""
     w, z, stage = at.w, at.z, at.stage
     if not stage.alone:
-        return begun_together(w, stage, reach, last, at.in_z)
-    ((inertia, place, load),), (c_u,) = rows, next(iter(reach.values()), [Integer(0)])
+        first, far = begun_together(w, stage, reach, last, at.in_z)
+        return (_without_rates(at, rows) if w.motion.bends_at_rest else first), far
+    (c_u,) = next(iter(reach.values()), [Integer(0)])
     first = zeros(w.size, 1)
-    if w.motion.bends_at_rest:  # as if there were no force of the rates, whose slope may have no bound at the last z
-        assert place is not None
-        still = at.acceleration(place, at.at_rest(at.in_z(place.u)), zeros(w.size, 1), load)
-        first = w.hoisted(-(w.hoisted(at.at_rest(inertia)) + still) / inertia[0].diff(z[0]))
-        first = first.subs(dict(zip(w.unknown, w.latest, strict=True)))
+    if w.motion.bends_at_rest:
+        first = _without_rates(at, rows).subs(dict(zip(w.unknown, w.latest, strict=True)))
     elif c_u != 0:
         first = (w.components(last) - w.components(predicted(0))) * w.reciprocal(c_u, c_u)
     by_rates, moves = w.motion.of_rates or by_velocity(w.motion), held if c_u == 0 else c_u
     return first, Abs(moves) + Abs(h * stage.c_v()) if by_rates else moves
+
+
+def _without_rates(at: "_At", rows: Sequence[Taken]) -> Matrix:
+    """The accelerations as if there were no force of the rates, whose slope may have no bound at the last ones."""
+    w, found = at.w, list[Matrix]()
+    for (inertia, place, load), z in zip(rows, split(w, at.z), strict=True):
+        assert place is not None
+        still = at.acceleration(place, at.at_rest(at.in_z(place.u)), zeros(w.size, 1), load)
+        found.append(w.hoisted(-(w.hoisted(at.at_rest(inertia)) + still) / inertia[0].diff(z[0])))
+    return Matrix.vstack(*found)
 
 
 class _At:

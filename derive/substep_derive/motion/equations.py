@@ -29,7 +29,7 @@ from sympy import (
 from ..declare.errors import DeclarationError
 from ..declare.law import Element, e_dot, elapsed, slope
 from ..declare.parameter import POSITIVE
-from ..declare.potentials import contact, tidy
+from ..declare.potentials import abs_power, contact, tidy
 from ..declare.scene import Scene
 from ..declare.symbols import rate, sampled, t
 from .differences import discrete_slopes
@@ -100,8 +100,9 @@ class EquationsOfMotion:
     def bends_at_rest(self) -> bool:
         """Whether the slope of those forces by the rates has no bound where all rates are 0, as that of sqrt(|v|)."""
         v = self.scene.rates
-        at_rest = (slope(e, r).subs(dict.fromkeys(v, 0)) for e in self.rate_force for r in v)
-        return any(e.has(zoo, nan, oo) for e in at_rest)
+        at_rest = [slope(e, r).subs(dict.fromkeys(v, 0)) for e in self.rate_force for r in v]
+        powers = (power.args for e in at_rest for power in e.atoms(abs_power))
+        return any(e.has(zoo, nan, oo) for e in at_rest) or any(x == 0 and not p.is_nonnegative for x, p in powers)
 
     def _hessian(self, energy: Expr) -> Matrix:
         return Matrix([energy]).jacobian(self.scene.rates).jacobian(self.scene.rates)
