@@ -196,9 +196,9 @@ def takes(run: Run) -> bool:
     Nor does it solve balances together.
     """
     s, force = run.structure, run.structure.internal
-    if run.scheme.info.together or s.contacts:
-        return False
     if not isinstance(force, RememberingForce) or force.springs is None or force.material is not None:
+        return False
+    if run.scheme.info.together or s.contacts:
         return False
     if max(s.size, force.springs.size) > SMALL or s.solver not in ("auto", "dense") or not compiles():
         return False
