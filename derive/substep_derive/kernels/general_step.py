@@ -190,7 +190,7 @@ def _with_reactions(
 
 def _begun(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach, held: Expr) -> tuple[Matrix, Expr]:
     """Where the iteration starts, and how far an acceleration moves a displacement; held: one that constraints hold."""
-    w, z, stage = at.w, at.z, at.stage
+    w, stage = at.w, at.stage
     if not stage.alone:
         first, far = begun_together(w, stage, reach, last, at.in_z)
         return (_without_rates(at, rows) if w.motion.bends_at_rest else first), far
