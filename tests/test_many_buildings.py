@@ -113,6 +113,20 @@ def test_what_is_not_alike_is_marched_apart(apart: list[Any]) -> None:
         assert np.array_equal(found.peak_u[i, j], np.abs(r.u).max(axis=0))
 
 
+@pytest.mark.parametrize("C", [None, np.array([[0.1, 0.3, 0.0], [-0.3, 0.1, 0.0], [0.0, 0.0, 0.1]])])
+def test_lanes_whose_matrices_are_not_positive_definite(C: np.ndarray | None, apart: list[Any]) -> None:
+    """Some of them, of which weight takes more than yielding springs give; and matrices that are not symmetric."""
+    weight, steel = -B.T @ np.diag(K) @ B, [ss.law("bilinear", k=K, q_y=q, alpha=0.2) for q in ([9.0] * 3, [0.5] * 3)]
+    every = [
+        ss.structure(np.diag(M), x * weight, C=C, springs=[(B, law)], v0=1.0) for x in (0.0, 0.5) for law in steel * 2
+    ]
+    found = ss.sweep(every, "average_acceleration", dt=0.4, t_end=4.0, keep="peak")
+    assert not apart
+    for k, s in enumerate(every):
+        r = ss.march(s, "average_acceleration", 0.4, 4.0, account=False)
+        assert np.array_equal(found.peak_u[k], np.abs(r.u).max(axis=0)), k
+
+
 @pytest.mark.parametrize(
     ("of", "axes", "why"),
     [

@@ -99,6 +99,9 @@ _unfused = _of_three(lambda builder, a, b, c: builder.fadd(a, builder.fmul(b, c)
 _fused = _of_three(  # as one operation, where there is such a one
     lambda builder, a, b, c: builder.fadd(a, builder.fmul(b, c, flags=ONE), flags=ONE)
 )
+_unless_more = _of_three(  # 1 where b is not more than c
+    lambda builder, a, b, c: builder.select(builder.fcmp_ordered(">", b, c), a, ir.Constant(VECTOR, [1.0] * WIDTH))
+)
 _unlike = _of_three(  # 1 where b is not c
     lambda builder, a, b, c: builder.select(builder.fcmp_unordered("!=", b, c), ir.Constant(VECTOR, [1.0] * WIDTH), a)
 )
@@ -228,6 +231,15 @@ def _elongations(B, u, out):
             _part(out, s)[0] = found
 
 
+@_inline
+def _raise(out, place, several):
+    """Put their moduli there where they are larger than what there is.
+
+    The sum with 0 changes nothing; without it this would be compiled to a store of some numbers, which is slow.
+    """
+    _put(out, place, _larger(_unfused(_several(out, place), _each(0.0), _each(0.0)), several))
+
+
 @_rounded
 def _raised(B, u, out):
     """The moduli of B u where they are larger than what there is; with lanes."""
@@ -236,7 +248,7 @@ def _raised(B, u, out):
         total = _each(0.0)
         for k in range(first[s], first[s + 1]):
             total = _unfused(total, _each(entries[k]), _several(u, columns[k] * LANES))
-        _put(out, s * LANES, _larger(_several(out, s * LANES), total))
+        _raise(out, s * LANES, total)
 
 
 @_inline
@@ -329,6 +341,49 @@ def _less(A, at, x, k, low, high):
         y, e, f = _part(x, 0), _part(A, at), _part(x, k)[0]
         for i in range(low, high):
             y[i] -= f * e[i]
+
+
+@_inner
+def _factorized_together(matrices, q, d, B, spans, alive, A):
+    """A (n, n LANES), by columns, becomes L and U of the matrix q + B^T diag(d) B of every lane, rows not exchanged.
+
+    spans (n, 2): of the columns, as far as any entry is not 0; with reciprocals of pivots. Returns whether all pivots
+    are positive in lanes that are alive, so that symmetric matrices are positive definite.
+    """
+    (firsts, places_of, values), (first, columns, entries), ends = matrices, B, _part(spans, 0)
+    n, width = len(A), A.shape[1]
+    for k in range(n):
+        for i in range(ends[2 * k] * LANES, ends[2 * k + 1] * LANES, LANES):
+            _put(A, k * width + i, _each(0.0))
+    for r in range(n):
+        for p in range(firsts[q, r], firsts[q, r + 1]):
+            _put(A, places_of[p] * n + r * LANES, _several(values, WIDTH * p))
+    for s in range(first.size - 1):
+        slope = _several(d, s * LANES)
+        for k in range(first[s], first[s + 1]):
+            share = _times(slope, _each(entries[k]))
+            for j in range(first[s], first[s + 1]):
+                at = columns[k] * width + columns[j] * LANES
+                _put(A, at, _fused(_several(A, at), share, _each(entries[j])))
+    one, regular, largest, lost = _each(1.0), _each(REGULAR), _each(0.0), _each(0.0)
+    for k in range(n):
+        here, end = k * width, ends[2 * k + 1] * LANES
+        pivot = _several(A, here + k * LANES)
+        largest = _larger(largest, pivot)
+        lost = _unless_more(lost, pivot, _times(regular, largest))
+        reciprocal = _over(one, pivot)
+        _put(A, here + k * LANES, reciprocal)
+        for i in range((k + 1) * LANES, end, LANES):
+            _put(A, here + i, _times(_several(A, here + i), reciprocal))
+        for j in range(k + 1, ends[2 * k + 1]):
+            there = j * width
+            factor = _times(_each(-1.0), _several(A, there + k * LANES))
+            for i in range((k + 1) * LANES, end, LANES):
+                _put(A, there + i, _fused(_several(A, there + i), factor, _several(A, here + i)))
+    good = True
+    for lane in range(LANES):
+        good = good and not (alive[lane] and _number(lost, lane) != 0.0)
+    return good
 
 
 @_inner

@@ -116,10 +116,16 @@ def _slopes(found, by_e, by_rate, released, d):
 def _solved(i, matrices, q, d, B, kept, alive, x):
     """Solve with the matrix q of the system i + B^T diag(d) B, whose factors for the last few d (s,) are kept.
 
+    Lanes are factorized together, anew for each d, as long as all matrices are symmetric and positive definite.
     Puts the solutions in place of the right sides x; returns whether the matrices are regular, and strikes lanes out of
     those that are alive whose one is not.
     """
-    keys, factors, orders, spans, places, used, order, of_columns, now, exchanged = kept
+    keys, factors, orders, spans, places, used, order, of_columns, now, exchanged, definite = kept
+    if LANES > 1 and definite[i] and _differ(d, now[i]):
+        if _factorized_together(matrices, q, d, B, of_columns[i], alive, used[i]):
+            _scaled(1.0, d, now[i])
+        else:  # by pivots, which lanes find each for itself, from now on
+            definite[i], used[i], now[i] = False, 0.0, np.nan
     for lane in range(LANES if _differ(d, now[i]) else 0):
         if alive[lane] and _other(d, now[i], lane):
             mine = keys[i, lane], factors[i, lane], orders[i, lane], spans[i, lane], places[i, lane]
@@ -405,7 +411,7 @@ def march(state, memory, loads, alive, rules, plan, out, report, structure, spri
             _raised(chosen, reports[row, r], peaks[r])
         for r in range(len(strained)):
             for k in range(0, strained[r].size, WIDTH):
-                _put(strained[r], k, _larger(_several(strained[r], k), _several(answers[row, r], k)))
+                _raise(strained[r], k, _several(answers[row, r], k))
         for i in range(I):
             for lane in range(LANES):
                 shortened[i, lane] += shorter[i, lane]
