@@ -45,8 +45,7 @@ def derive_module(*arguments: str, **environment: str) -> subprocess.CompletedPr
 KINDS = ["eigenvalues_2", "eigenvalues_2_twice", "eigenvalues_3", "eigenvalues_3_twice"]
 SESSIONS = [{"PYTHONHASHSEED": "20151", "SYMPY_GROUND_TYPES": "flint"}]
 if os.environ.get("SUBSTEP_VERIFY"):
-    SESSIONS += [{"PYTHONHASHSEED": "0"}, {"PYTHONHASHSEED": "1", "SYMPY_GROUND_TYPES": "python"}]
-    SESSIONS += [{"PYTHONHASHSEED": "2", "SYMPY_GROUND_TYPES": "auto"}]
+    SESSIONS += [{"PYTHONHASHSEED": "1", "SYMPY_GROUND_TYPES": "python"}]
 
 
 @pytest.fixture
