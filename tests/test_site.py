@@ -7,6 +7,7 @@ import subprocess
 import sys
 import zlib
 from html.parser import HTMLParser
+from itertools import pairwise
 from pathlib import Path
 
 import manual
@@ -62,6 +63,14 @@ def test_every_link_leads_to_a_page(page: Path) -> None:
     kinds = (schemes, scenes, reference, ledger, structures, families)
     made = {f"generated/{name}.md" for kind in kinds for name in kind.pages()}
     assert {x for x in links(page) if x not in made and not (page.parent / x).exists()} == set()
+
+
+@pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda page: page.name)
+def test_headings_go_down_one_level_at_a_time(page: Path) -> None:
+    """As the site's builder wants them, which warns else."""
+    text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    levels = [len(marks) for marks in re.findall(r"^(#+) ", text, flags=re.MULTILINE)]
+    assert all(after <= before + 1 for before, after in pairwise([0, *levels]))
 
 
 def test_every_scheme_scene_and_notebook_has_a_page() -> None:
