@@ -26,6 +26,7 @@ from .ground_motion.rotated import response_spectrum_rotated
 from .ground_motion.spectrum import response_spectrum
 from .marching.run import march
 from .structures.model.rayleigh import Rayleigh, rayleigh
+from .structures.model.redistributed_mass import redistributed_mass
 from .structures.modes.modal_damping import ModalDamping, modal_damping
 from .structures.shear_building import shear_building
 from .structures.structure import Modes, Structure, structure
@@ -90,6 +91,7 @@ __all__ = [
     "modal_damping",
     "rayleigh",
     "read_record",
+    "redistributed_mass",
     "response_spectrum",
     "response_spectrum_analysis",
     "response_spectrum_rotated",

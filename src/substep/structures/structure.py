@@ -153,7 +153,8 @@ def structure(
     contacts: a mapping of names to pairs of a row of B (N,), as of a spring, and a gap g0, in the units of u; or of
     rows (s, N) and gaps (s,). A reaction of that name keeps g0 + B u from becoming negative. restitution: for all of
     them, or by name, the share of the velocity that closed a gap with which it opens, from 0 to 1; remembered: whether
-    the acceleration that a scheme keeps is with that of the reactions: see docs/constraints.md.
+    the acceleration that a scheme keeps is with that of the reactions, as degrees of freedom without mass need it: see
+    docs/constraints.md and `substep.redistributed_mass`.
     solver: "auto", "dense", "superlu", "pardiso", "cholmod", or a function from a matrix to a function b -> x.
 
     Raises ValueError for both or neither of K and internal_force, for other shapes, complex or not finite entries,

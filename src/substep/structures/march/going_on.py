@@ -32,8 +32,7 @@ def begun(run: Run, steps: ConstantSteps | Control, state: State | None) -> tupl
     s = run.structure
     if state is None:
         if s.contacts is not None:
-            free = s.acceleration(0.0, s.u0, s.v0, memory=s.memory0) if s.contacts.remembered else s.u0
-            run = replace(run, reactions=s.at_rest(s.u0, s.v0, free))
+            run = replace(run, reactions=s.at_rest(0.0, s.u0, s.v0, s.memory0))
         return run, ()
     start, remembered = vectors(s, state), memory_of(s, state)
     if s.contacts is not None:

@@ -158,7 +158,7 @@ class Model:
         if self.a0_given is not None:
             return self.a0_given
         a = self.acceleration(0.0, self.u0, self.v0, memory=self.memory0)
-        return a if self.contacts is None else a + self.pushed @ self.at_rest(self.u0, self.v0, a)
+        return a if self.contacts is None else a + self.pushed @ self.at_rest(0.0, self.u0, self.v0, self.memory0)
 
     def acceleration(
         self,
@@ -174,9 +174,7 @@ class Model:
         memory: what the internal force remembers, committed there, if it does; held (n,): that force, where it is
         known.
         """
-        force = self.force(t) if force is None else force
-        held = self.restoring(t, u, v, None if memory is None else Recalled(memory)) if held is None else held
-        right = force - held - (self.damping @ v if self.C is not None else 0.0)
+        right, largest = self._unbalanced(t, u, v, force, memory, held)
         s = self.massless
         if not len(s):
             return self.solve_mass(right)
@@ -185,13 +183,7 @@ class Model:
                 f"expected tangent= for the acceleration of the massless degree of freedom {self.named(int(s[0]))}, "
                 "got an internal force without; give it, or a0="
             )
-        largest = max(float(np.abs(part).max()) for part in (force, held))
-        worst = int(s[np.argmax(np.abs(right[s]))])
-        if abs(right[worst]) > 1e-9 * largest:
-            raise ValueError(
-                f"expected equilibrium of the massless degree of freedom {self.named(worst)} at t = {t:g}, got a "
-                f"force of {right[worst]:.3g} left over; give displacements (and velocities) for which it is 0"
-            )
+        self._require_balance(t, np.setdiff1d(s, self.bare), right, largest)
         m = np.setdiff1d(np.arange(self.size), s)
         M, K = self.M[m][:, m], self.K[s]
         a = np.zeros(self.size)
@@ -199,39 +191,87 @@ class Model:
         a[s] = -self.factorized(K[:, s], "K of degrees of freedom without mass", s)(K[:, m] @ a[m])
         return a
 
+    def _unbalanced(
+        self,
+        t: float,
+        u: Array,
+        v: Array,
+        force: Array | None = None,
+        memory: Memory | None = None,
+        held: Array | None = None,
+    ) -> tuple[Array, float]:
+        """What inertia is to balance (n,), see `acceleration`, and the largest of the forces that it is the sum of."""
+        force = self.force(t) if force is None else force
+        held = self.restoring(t, u, v, None if memory is None else Recalled(memory)) if held is None else held
+        right = force - held - (self.damping @ v if self.C is not None else 0.0)
+        return right, max(float(np.abs(part).max()) for part in (force, held))
+
+    def _require_balance(self, t: float, places: NDArray[np.intp], right: Array, largest: float) -> None:
+        """Raises ValueError where a force is left over at some of these massless degrees of freedom."""
+        if not len(places):
+            return
+        worst = int(places[np.argmax(np.abs(right[places]))])
+        if abs(right[worst]) > 1e-9 * largest:
+            raise ValueError(
+                f"expected equilibrium of the massless degree of freedom {self.named(worst)} at t = {t:g}, got a "
+                f"force of {right[worst]:.3g} left over; give displacements (and velocities) for which it is 0"
+            )
+
     @cached_property
     def solve_mass(self) -> Callable[[Array], Array]:
         """The factorization of M. Raises ValueError, with the degree of freedom, where it is singular."""
         return self.factorized(self.M, "M, the mass matrix")
 
     @cached_property
-    def pushed(self) -> Array:
-        """The accelerations (n, d) that unit reactions of its d contacts give, without other forces.
+    def bare(self) -> NDArray[np.intp]:
+        """The massless degrees of freedom that contacts touch, whose reactions stiffness balances."""
+        if self.contacts is None:
+            return self.massless[:0]
+        return self.massless[self.contacts.forces(self.size)[self.massless].any(axis=1)]
 
-        Raises ValueError for a contact of a degree of freedom without mass, whose reactions have no acceleration.
+    @cached_property
+    def pushed(self) -> Array:
+        """The accelerations (n, d) that unit reactions of its d contacts give the masses, without other forces.
+
+        Raises ValueError for a contact of a degree of freedom without mass, unless reactions are remembered.
         """
         assert self.contacts is not None
         forces = self.contacts.forces(self.size)
         if not len(self.massless):
             return self.solve_mass(forces)
-        if (bare := self.massless[forces[self.massless].any(axis=1)]).size:
+        if len(self.bare) and not self.contacts.remembered:
             raise ValueError(
-                f"expected mass at the degrees of freedom of contacts, got none at {self.named(int(bare[0]))}, which "
-                "impacts would not slow down; give it mass, or a spring between it and the stop"
+                f"expected mass at the degrees of freedom of contacts, got none at {self.named(int(self.bare[0]))}, "
+                "where a reaction gives no acceleration to be left out; give remembered=True, without restitution"
             )
+        forces[self.massless] = 0.0
         rest = np.zeros(self.size)
         plain = replace(self, internal=None)
         return np.array([plain.acceleration(0.0, rest, rest, force) for force in forces.T]).T
 
-    def at_rest(self, u: Array, v: Array, a: Array) -> Array:
-        """The reactions (d,) that are remembered of gaps that are closed and at rest at u, v (n,), a without them."""
+    def at_rest(self, t: float, u: Array, v: Array, memory: Memory | None = None) -> Array:
+        """The reactions (d,) that are remembered of gaps that are closed and at rest at t, u, v (n,).
+
+        memory: as in `acceleration`. Raises ValueError where none balance what massless degrees of freedom bear.
+        """
         assert self.contacts is not None
-        closed, none = self.contacts.closed(u, v), np.zeros(self.contacts.size)
-        if not self.contacts.remembered or not closed.any():
-            return none
+        if not self.contacts.remembered:
+            return np.zeros(self.contacts.size)
+        closed, found = self.contacts.closed(u, v), np.zeros(self.contacts.size)
         rows, columns = self.contacts.rows, self.contacts.columns
+        if len(self.bare):
+            right, largest = self._unbalanced(t, u, v, memory=memory)
+            forces = self.contacts.forces(self.size)
+            static = closed & forces[self.bare].any(axis=0)
+            found[static] = np.linalg.lstsq(forces[self.bare][:, static], -right[self.bare], rcond=None)[0]
+            found = np.maximum(found, 0.0)  # a reaction only pushes
+            self._require_balance(t, self.bare, right + forces @ found, largest)
+            closed &= ~static
+        if not closed.any():
+            return found
+        a = self.acceleration(t, u, v, memory=memory) + self.pushed @ found
         opening = np.where(closed, rows @ a[columns], np.inf)
-        return complementary(opening, rows @ self.pushed[columns], none)
+        return found + complementary(opening, rows @ self.pushed[columns], np.zeros(len(found)))
 
     def factorized(self, matrix: Matrix, what: str, part: NDArray[np.intp] | None = None) -> Callable[[Array], Array]:
         """The factorization of a matrix (n, n), or of that of a part of the free degrees of freedom, by their numbers.

@@ -20,23 +20,20 @@ def vectors(structure: Model, state: State) -> Array:
     if len(found) < 3:
         a = structure.acceleration(state.t, *found, memory=memory_of(structure, state))
         if structure.contacts is not None:
-            a += structure.pushed @ reactions_of(structure, state, *found, a)
+            a += structure.pushed @ reactions_of(structure, state, *found)
         found.append(a)
     return np.array(found)
 
 
-def reactions_of(structure: Model, state: State, u: Array, v: Array, a: Array | None = None) -> Array:
+def reactions_of(structure: Model, state: State, u: Array, v: Array) -> Array:
     """The reactions (d,) of contacts that a step remembers, at u, v (n,): as the state says, else of those at rest.
 
-    a: without them, from the equation of motion unless given. Raises ValueError for reactions of another shape.
+    Raises ValueError for reactions of another shape.
     """
     contacts = structure.contacts
     assert contacts is not None
-    if not contacts.remembered:
-        return np.zeros(contacts.size)
-    if not contacts.names.keys() <= state.memory.keys():
-        a = structure.acceleration(state.t, u, v, memory=memory_of(structure, state)) if a is None else a
-        return structure.at_rest(u, v, a)
+    if not contacts.remembered or not contacts.names.keys() <= state.memory.keys():
+        return structure.at_rest(state.t, u, v, memory_of(structure, state))
     found = np.zeros(contacts.size)
     for name, where in contacts.names.items():
         if np.shape(x := state.memory[name]) != found[where].shape:
