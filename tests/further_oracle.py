@@ -4,7 +4,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from lines import Line, Row, norm, solve
+from lines import Line, Row, newmark_line, norm, same_line, solve
 
 
 def stages_of_the_new_step(rho_1: Any, rho_2: Any, rho_3: Any, u0: bool) -> SimpleNamespace:
@@ -89,6 +89,100 @@ class FurtherSteps:
 
     def gssss_v0(self, p):
         return self._zhou_tamma(p, False)
+
+    def beeman(self, p):
+        (_, h, _, u0, v0, a0), am = self.now(), self.rows[-2].a if len(self.rows) > 1 else self.rows[-1].a
+        return self.balance(1, Line(u0 + h * v0 + h**2 * (4 * a0 - am) / 6, 0.0, v0 + h * (5 * a0 - am) / 6, h / 3))
+
+    def oess(self, p):
+        """Newton's iteration for the new acceleration, whose share differs in mass, damping and stiffness."""
+        (s, h, t, u0, v0, a0), r = self.now(), p.rho_inf
+        m, k = (2 - r) / (1 + r), 1 / (1 + r)
+        g = 0.5 + m - k
+        c = (2 * r**2 - 7 * r + 11) / (3 * (1 + r) * (3 - r))
+        load, old, a1, beta = k * s.load(t + h) + (1 - k) * s.load(t), s.force(u0), a0, k**2
+        for _ in range(60):
+            u1 = u0 + h * v0 + h**2 * ((0.5 - beta) * a0 + beta * a1)
+            v = (1 - c * g) * h * a0 + c * g * h * a1 + v0 + (k - 1) * h * a0
+            left = s.mass @ (m * a1 + (1 - m) * a0) + s.damping @ v + k * s.force(u1) + (1 - k) * old - load
+            change = solve(m * s.mass + c * g * h * s.damping + k * beta * h**2 * s.tangent(u1), left)
+            a1 = a1 - change
+            if norm(change) <= 1e-15 * norm(a1):
+                break
+        return Row(u0 + h * v0 + h**2 * ((0.5 - beta) * a0 + beta * a1), v0 + h * ((1 - g) * a0 + g * a1), a1)
+
+    def ss22(self, p):
+        (s, h, t, u0, v0, _), load = self.now(), (1 - p.theta_1) * self.s.load(self.t)
+        load = load + p.theta_1 * s.load(t + h)
+        mean = Line(u0 + p.theta_1 * h * v0, p.theta_2 * h**2 / 2, v0, p.theta_1 * h)
+        a = self.balance(None, mean, load=load).a
+        u1, v1 = u0 + h * v0 + h**2 / 2 * a, v0 + h * a
+        return Row(u1, v1, s.acceleration(u1, v1, t + h))
+
+    def ss32(self, p):
+        """For the rate of the acceleration, of which every entry of the balance is a line."""
+        s, h, t, u0, v0, a0 = self.now()
+        q, r, w = p.theta_1, p.theta_2, p.theta_3
+        load, x = (1 - q) * s.load(t) + q * s.load(t + h), 0 * a0
+        for _ in range(60):
+            u = u0 + q * h * v0 + r * h**2 / 2 * a0 + w * h**3 / 6 * x
+            v, a = v0 + q * h * a0 + r * h**2 / 2 * x, a0 + q * h * x
+            slope = q * h * s.mass + r * h**2 / 2 * s.damping + w * h**3 / 6 * s.tangent(u)
+            change = solve(slope, s.mass @ a + s.damping @ v + s.force(u) - load)
+            x = x - change
+            if norm(change) <= 1e-15 * norm(x):
+                break
+        return Row(u0 + h * v0 + h**2 / 2 * a0 + h**3 / 6 * x, v0 + h * a0 + h**2 / 2 * x, a0 + h * x)
+
+    def gui_lambda(self, p):
+        (s, h, t, u0, v0, a0), q = self.now(), p.lambda_g
+        d = 2 * q * s.mass + q * h * s.damping + 2 * h**2 * s.tangent(self.rows[0].u)
+        change = 2 * q * h * solve(d, s.mass @ a0)
+        u1, v1 = u0 + h * v0 + h * change, v0 + change
+        return Row(u1, v1, s.acceleration(u1, v1, t + h))
+
+    def mkr_alpha(self, p):
+        (s, h, t, u0, v0, a0), r = self.now(), p.rho_inf
+        af, am = 1 / (1 + r), 1 - (2 * r**3 + r**2 - 1) / (r**3 + r**2 + r + 1)
+        gamma = 0.5 + am - af
+        beta, m, c, k = (0.5 + gamma) / 2, s.mass, s.damping, s.tangent(self.rows[0].u)
+        d = m + gamma * h * c + beta * h**2 * k
+        alpha3 = solve(d, am * m + af * gamma * h * c + af * beta * h**2 * k)
+        pushed = solve(d, m @ a0)
+        u1, v1 = u0 + h * v0 + h**2 * (0.5 + gamma) * pushed, v0 + h * pushed
+        vf, force = af * v1 + (1 - af) * v0, af * s.force(u1) + (1 - af) * s.force(u0)
+        mean = solve(m, s.load(t + af * h) - c @ vf - force)
+        return Row(u1, v1, solve(alpha3, mean - (a0 - alpha3 @ a0)))
+
+    def trapezoid_trapezoid_backward(self, p):
+        (*_, u0, v0, a0), third = self.now(), self.h / 3
+        first = self.balance(self.one / 3, newmark_line(Row(u0, v0, a0), third, 0.25, 0.5))
+        second = self.balance(2 * self.one / 3, newmark_line(first, third, 0.25, 0.5), first)
+        lead = 1.5 + p.cubic  # of the new value in (nabla + nabla^2/2 + c nabla^3) y
+
+        def known(y0, y1, y2):
+            return ((2 + 3 * p.cubic) * y2 - (0.5 + 3 * p.cubic) * y1 + p.cubic * y0) / lead
+
+        us, vs = (known(row0, row1, row2) for row0, row1, row2 in zip((u0, v0), first[:2], second[:2], strict=True))
+        return self.balance(1, same_line(us, vs, third / lead), second)
+
+    def gsse(self, p):
+        (s, h, t, u0, v0, a0), b, r = self.now(), p.rho_b, p.rho_s
+        c = (2 + r - b * r) / ((1 + b) * (1 + r))
+        B = b * (b - 1) * r**3 + (b - 1) * (b**2 + 6 * b - 1) * r**2 / 2 + (1 - 5 * b) * r + 1 - b
+        B = B / (-(1 + b) * (1 + r) * (b * r - r - 2) ** 2)
+        up, vp = u0 + c * h * v0 + c**2 * h**2 / 2 * a0, v0 + c * h * a0
+        ap = s.acceleration(up, vp, t + c * h)
+        u1 = u0 + h * v0 + h**2 * ((0.5 - B) * a0 + B * ap)
+        return Row(u1, v0 + h * ((1 - 1 / (2 * c)) * a0 + ap / (2 * c)), a0 + (ap - a0) / c)
+
+    def tarnow_simo(self, p):
+        row, tau = self.rows[-1], 0 * self.h
+        for weight in (p.weight, 1 - 2 * p.weight, p.weight):
+            tau, w = tau + weight, weight * self.h
+            known_u, known_v = row.u + w * row.v + w**2 / 4 * row.a, row.v + w / 2 * row.a
+            row = self.balance(tau, Line(known_u, w**2 / 4, known_v, w / 2), row)
+        return row
 
     def discontinuous_galerkin_p1(self, p):
         """The four fields' values by Newton's iteration on the two velocities, from which displacements follow."""

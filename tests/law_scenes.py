@@ -27,7 +27,7 @@ UNDAMPED = replace(
     parameters=tuple(p for p in ALL[0].parameters if p.name != "xi"),
 )
 OMEGA = 2 * np.pi
-BACK_IN_TIME = {"crouzeix4", "forest_ruth", "yoshida6"}  # take the force at an instant before t_n
+BACK_IN_TIME = {"crouzeix4", "forest_ruth", "yoshida6", "tarnow_simo"}  # take the force at an instant before t_n
 
 
 @cache

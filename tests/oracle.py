@@ -21,11 +21,11 @@ Number = Any  # float or mpmath.mpf
 USUAL = "u h*v h^2*a"
 STATES = {  # of schemes that carry something else from step to step
     **dict.fromkeys(("forward_euler", "rk2", "rk4", "backward_euler", "energy_momentum", "theta_method",
-                     "discontinuous_galerkin_p1"), "u h*v"),
+                     "discontinuous_galerkin_p1", "ss22"), "u h*v"),
     "central_difference_lagged": "u h*v[-1/2]",
     "houbolt": "u u[-1] u[-2]",
     **dict.fromkeys(("park", "bdf3"), "u h*v u[-1] h*v[-1] u[-2] h*v[-2]"),
-    **dict.fromkeys(("gholampour", "adams_moulton3", "zhai"), f"{USUAL} h^2*a[-1]"),
+    **dict.fromkeys(("gholampour", "adams_moulton3", "zhai", "beeman"), f"{USUAL} h^2*a[-1]"),
     "adams_moulton4": f"{USUAL} h^2*a[-1] h^2*a[-2]",
     "bdf_alpha": f"{USUAL} u[-1] h*v[-1]",
     "oalts": f"{USUAL} u[-1] h*v[-1] h^2*a[-1]",
@@ -40,7 +40,12 @@ PARAMETERS = {  # of schemes that take some; others of theirs follow from these
     "rho_inf_bathe": "rho_inf gamma_t", "beta1_beta2_bathe": "beta1 beta2 gamma_t", "three_substep": "rho_inf",
     "collocation": "theta beta gamma", "explicit_generalized_alpha": "alpha_m alpha_f beta gamma", "zhai": "psi phi",
     "kim_two_stage": "gamma_t", "three_substep_third_order": "rho_inf", "four_substep": "rho_inf", "chung_lee": "beta",
-    "bdf_alpha": "alpha", "gssss_u0": "rho_1 rho_2 rho_3", "gssss_v0": "rho_1 rho_2 rho_3",
+    "oess": "rho_inf", "ss22": "theta_1 theta_2", "ss32": "theta_1 theta_2 theta_3",
+
+    "gui_lambda": "lambda_g",
+    "mkr_alpha": "rho_inf", "trapezoid_trapezoid_backward": "cubic",
+    "gsse": "rho_b rho_s", "tarnow_simo": "weight", "bdf_alpha": "alpha",
+    **dict.fromkeys(("gssss_u0", "gssss_v0"), "rho_1 rho_2 rho_3"),
     **{name: names for name, (_, names) in tables.TABLES.items()},
     **dict.fromkeys(("suzuki", "forest_ruth"), "weight"),
 }  # fmt: skip
@@ -124,6 +129,8 @@ def sample_parameters(name: str, rng: Any) -> dict[str, float]:
         "beta": (0.05, 1), "gamma": (0.3, 1.2), "gamma_t": (0.1, 0.9), "theta": (1, 2), "alpha": (-1 / 3, 0),
         "alpha_B": (-1, 0), "alpha_m": (-1, 0.5), "alpha_f": (0, 0.5), "rho_inf": (0, 1), "p": (0.5, 0.9),
         "phi": (1, 2), "beta1": (0.2, 1), "beta2": (0.2, 1), "weight": (0.25, 1.5),
-        "rho_1": (0, 1), "rho_2": (0, 1), "rho_3": (0, 1),
+        **dict.fromkeys(("rho_1", "rho_2", "rho_3", "rho_b", "rho_s"), (0, 1)),
+        **dict.fromkeys(("theta_1", "theta_2", "theta_3"), (1, 2)),
+        "lambda_g": (0.5, 12), "cubic": (0, 0.5),
     }  # fmt: skip
     return {key: float(rng.uniform(*ranges[key])) for key in entry(name).parameters}

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from substep_derive import Scheme
 from substep_derive.declare.symbols import K0, C, M, N, N_discrete, h, kind_of, knot_of, steps_back, successor
-from sympy import Expr, Symbol, cancel, fraction
+from sympy import Expr, Rational, Symbol, cancel, fraction
 
 Array = np.ndarray[Any, Any]
 
@@ -18,7 +18,8 @@ class Blocks:
     def __init__(
         self, scheme: Scheme, parameters: Mapping[Symbol, float], structures: tuple[Array, Array, Array]
     ) -> None:
-        self.scheme, self.values, self.structures = scheme, {h: 1, **parameters}, structures
+        exact = {s: Rational(float(value)) for s, value in parameters.items()}  # so that equal factors cancel
+        self.scheme, self.values, self.structures = scheme, {h: 1, **exact}, structures
         self.P, self.n = structures[0].shape[:2]
 
     def _linear(self, e: Expr) -> Array:

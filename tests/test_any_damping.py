@@ -30,7 +30,9 @@ EXPLICIT = (
         "forest_ruth",
         "chung_lee",
         "zhai",
+        "gsse",
     ),
+    "tarnow_simo",  # without damping at every Omega, with a large one nowhere
 )
 DRAWN = 100  # parameters of each scheme
 GIVEN = {

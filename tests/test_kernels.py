@@ -33,7 +33,8 @@ EXPLICIT = {
         "dormand_prince",
         "butcher6",
         "forest_ruth",
-        *("chang", "chen_ricles", "chung_lee", "zhai"),
+        *("chang", "chen_ricles", "chung_lee", "zhai", "beeman", "gsse"),
+        *("gui_lambda", "mkr_alpha"),
         *("suzuki", "yoshida6", "rkn43", "rkn64", "stoermer_extrapolation"),
     ),
 }

@@ -42,10 +42,14 @@ from substep.derived.modules import adaptive_pair, uncommitted_pair
 VERIFY = bool(os.environ.get("SUBSTEP_VERIFY"))
 GENERAL = {s.name for s in lagrange.ALL if EquationsOfMotion(s).general}
 # have M, C, K0 in them
-OF_MATRICES = {"central_difference_lagged", "gholampour", "kr_alpha", "kr_alpha_plain_start", "chang", "chen_ricles"}
+OF_MATRICES = {
+    *("central_difference_lagged", "gholampour", "kr_alpha", "kr_alpha_plain_start", "chang", "chen_ricles"),
+    *("gui_lambda", "mkr_alpha"),
+}
 DISCRETE = {"energy_momentum"}
 INTERPOLATED = {"discontinuous_galerkin_p1"}  # takes the force at two knots that its balances move
-REFUSED = OF_MATRICES | DISCRETE | INTERPOLATED | set(UNDAMPED)  # on a mass that moves
+MIXED = {"oess"}  # mixes velocities otherwise than the force
+REFUSED = OF_MATRICES | DISCRETE | INTERPOLATED | MIXED | set(UNDAMPED)  # on a mass that moves
 u, w, k, c, m = symbols("u w k c m")
 q1, q2, q3 = coordinates = symbols("q1:4")
 
@@ -125,6 +129,7 @@ def test_what_cannot_take_a_moving_mass_is_refused_by_name(scheme: str) -> None:
     reason = (
         "coefficients from matrices" if scheme in OF_MATRICES
         else "discrete gradient" if scheme in DISCRETE
+        else "mixes the velocities of the knots of its force" if scheme in MIXED
         else "at one knot that depends" if scheme in INTERPOLATED else r"scheme for u'' = g\(t, u\)"
     )  # fmt: skip
     chosen = [{"tol": 1e-6}] if scheme in {*DISCRETE, "kr_alpha_plain_start", "rkn43"} else []  # which could take it

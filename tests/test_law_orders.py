@@ -101,6 +101,8 @@ def test_order(scheme: str) -> None:
     observed = away(scheme)
     assert expected - 0.15 < observed < expected + 0.45
     steps = (40, 80, 160, 320, 640, 1280, 2560) if VERIFY else (40, 80, 160, 320)
+    if scheme == "mkr_alpha" and not VERIFY:  # whose error of first order is the smaller one in long steps
+        steps = (160, 320, 640, 1280)
     observed, last = across(scheme, steps)
     assert min(expected, 2) - 0.25 < observed < min(expected, 2) + 0.45
     assert last < (0.3 if min(expected, 2) == 1 else 2e-2) * (80 / steps[-1]) ** min(expected, 2)

@@ -84,7 +84,7 @@ def oracle_history(name: str, s: ss.Scheme, scene: ss.Scene, dt: float, n: int) 
         x = np.array([rows[first - lag][kind] for kind, lag in s.history])
     elif name == "gholampour":
         x = np.array([u, v, a, a - (force(dt) - force(0.0) - 2 * xi * Omega * a - Omega**2 * v)])
-    elif name == "zhai":
+    elif name in ("zhai", "beeman"):
         x = np.array([u, v, a, a])
     elif name == "central_difference_lagged":
         x = np.array([u, v - (force(0.0) - 2 * xi * Omega * v - Omega**2 * u) / 2])

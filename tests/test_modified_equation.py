@@ -18,7 +18,10 @@ import substep as ss
 
 x, y = symbols("x y")
 TOP = 5
-READ_START = ("kr_alpha", "kr_alpha_plain_start", "chang", "chen_ricles")  # the tangent stiffness at the start
+READ_START = (  # the tangent stiffness at the start
+    *("kr_alpha", "kr_alpha_plain_start", "chang", "chen_ricles"),
+    *("gui_lambda", "mkr_alpha"),
+)
 
 PLANE = Scene(
     "plane_with_cubic_terms",

@@ -35,8 +35,10 @@ CATALOGUE = {
     "linear_acceleration": (YES, NO, YES),
     "fox_goodwin": (YES, NO, YES),
     **dict.fromkeys(("energy_momentum", "lobatto_iiia3"), (YES, NO, OPEN)),
-    **dict.fromkeys(("chang", "chen_ricles"), (OPEN, OPEN, OPEN)),  # their coefficients are those of the structure
-    "zhai": (OPEN, OPEN, OPEN),  # of two steps; undamped it has the spectrum of the central difference
+    # their coefficients are those of the structure
+    **dict.fromkeys(("chang", "chen_ricles", "gui_lambda"), (OPEN, OPEN, OPEN)),
+    # of two steps; undamped they have the spectrum of the central difference
+    **dict.fromkeys(("zhai", "beeman"), (OPEN, OPEN, OPEN)),
 }
 MEMBERS: list[tuple[str, dict[str, Any], tuple[Any, Any, Any]]] = [
     ("generalized_alpha", {"rho_inf": 1}, (YES, NO, YES)),  # the trapezoidal rule

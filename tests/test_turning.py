@@ -13,7 +13,10 @@ from substep.studies.turning import FARTHEST, bar_of, first_growth, growth
 
 Array = np.ndarray
 Stiffness = Callable[[float], Array]  # K (2, 2) per unit mass at an instant in steps
-REFUSED = ("energy_momentum", "kr_alpha", "kr_alpha_plain_start", "chang", "chen_ricles")
+REFUSED = (
+    *("energy_momentum", "kr_alpha", "kr_alpha_plain_start", "chang", "chen_ricles"),
+    *("gui_lambda", "mkr_alpha"),
+)
 STATIC = [s for s in BY_NAME if s not in REFUSED]
 
 

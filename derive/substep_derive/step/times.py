@@ -71,7 +71,8 @@ def sub_step_ends(step: Step) -> Sequence[SubStepEnd]:
     followed = _followed(step, accelerated, Integer(2))
     found, last = list[SubStepEnd](), Integer(0)
     for s, at in reached:
-        if last < at < 1 and reduced(cancel(followed[s] - instants[s] ** 2)) == 0:
+        inside = at < 1 or (at == 1 and cancel(instants[s] - 1) != 0)  # other parameters may have it earlier
+        if last < at and inside and reduced(cancel(followed[s] - instants[s] ** 2)) == 0:
             previous = found[-1].instant if found else Integer(0)
             gaps = instants[s] - previous, 1 - instants[s]
             found.append(SubStepEnd(s, instants[s], all(positive(gap, step.scheme.parameters) for gap in gaps)))

@@ -7,9 +7,10 @@ from ..scheme import Scheme
 
 MODULES = (
     *("explicit", "newmark", "one_step", "alpha", "multi_step", "composite"),
-    *("runge_kutta", "diagonally_implicit", "nystrom", "composition", "designed", "coupled", "further"),
+    *("runge_kutta", "diagonally_implicit", "nystrom", "composition", "designed", "coupled", "further", "literature"),
 )
-ON_FIRST_USE = ("coupled", "further")  # those whose schemes' modules are printed on first use, not committed
+# those whose schemes' modules are printed on first use, not committed
+ON_FIRST_USE = ("coupled", "further", "literature")
 EXAMPLES = ("newmark_bdf2", "bathe")  # whose kernels on the elastic pendulum are committed
 
 

@@ -112,20 +112,29 @@ explicit_generalized_alpha = Scheme(
 
 _am, _af = (2 - rho_inf) / (1 + rho_inf), 1 / (1 + rho_inf)
 _b, _g = 1 / (1 + rho_inf) ** 2, (3 - rho_inf) / (2 * (1 + rho_inf))
-_D = M + _g * h * C + _b * h**2 * K0
-_alpha1 = M / _D
-_alpha3 = (_am * M + _af * _g * h * C + _af * _b * h**2 * K0) / _D
+_alpha1 = M / (M + _g * h * C + _b * h**2 * K0)
 
 
-def kolay_ricles(name: str, start: dict[Symbol, Expr], report: dict[Symbol, Expr]) -> Scheme:
-    """KR-alpha with a given start and report of its velocity."""
+def kolay_ricles(
+    name: str,
+    am: Expr,
+    b: Expr,
+    g: Expr,
+    start: dict[Symbol, Expr],
+    report: dict[Symbol, Expr],
+    reference: str = "Kolay & Ricles, Earthq. Eng. Struct. Dyn. 43 (2014) 1361-1380",
+    published: Published | None = None,
+) -> Scheme:
+    """KR-alpha with its share of the new acceleration, beta and gamma, and a given start and report of its velocity."""
+    D = M + g * h * C + b * h**2 * K0
+    alpha3 = (am * M + _af * g * h * C + _af * b * h**2 * K0) / D
     return Scheme(
         name,
         parameters=(Parameter(rho_inf, Interval(0, 1), half),),
-        relations={u1: u0 + h * v0 + h**2 * (half + _g) * _alpha1 * a0, v1: v0 + h * _alpha1 * a0},
+        relations={u1: u0 + h * v0 + h**2 * (half + g) * (M / D) * a0, v1: v0 + h * (M / D) * a0},
         balances=(
             Balance(
-                _alpha3 * a1 + (1 - _alpha3) * a0,
+                alpha3 * a1 + (1 - alpha3) * a0,
                 _af * v1 + (1 - _af) * v0,
                 _af * N(u1) + (1 - _af) * N(u0),
                 f(_af),
@@ -133,16 +142,16 @@ def kolay_ricles(name: str, start: dict[Symbol, Expr], report: dict[Symbol, Expr
         ),
         start=start,
         report=report,
-        reference="Kolay & Ricles, Earthq. Eng. Struct. Dyn. 43 (2014) 1361-1380",
-        published=Published("Kolay & Ricles (2014)", 2 if start else None, rho_inf, oo),
+        reference=reference,
+        published=published or Published("Kolay & Ricles (2014)", 2 if start else None, rho_inf, oo),
     )
 
 
 # the scheme's v_n stands for v(t_n - gamma*h)
-kr_alpha = kolay_ricles("kr_alpha", {v0: v0 - _g * h * _alpha1 * a0}, {v1: v1 + _g * h * _alpha1 * a1}).known_as(
-    "kr", "kolay_ricles", "kr_alpha_explicit"
-)
-kr_alpha_plain_start = kolay_ricles("kr_alpha_plain_start", {}, {}).known_as("kr_alpha_explicit")
+kr_alpha = kolay_ricles(
+    "kr_alpha", _am, _b, _g, {v0: v0 - _g * h * _alpha1 * a0}, {v1: v1 + _g * h * _alpha1 * a1}
+).known_as("kr", "kolay_ricles", "kr_alpha_explicit")
+kr_alpha_plain_start = kolay_ricles("kr_alpha_plain_start", _am, _b, _g, {}, {}).known_as("kr_alpha_explicit")
 
 ALL = (
     hht_alpha,
