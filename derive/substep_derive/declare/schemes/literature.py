@@ -97,7 +97,7 @@ gsse = Scheme(
         v1: v0 + h * (a0 + (_ap - a0) / (2 * _tp)),
     },
     balances=(Balance.at(knot("p"), _tp),),
-    reference="Int. J. Numer. Methods Eng. (2021), doi 10.1002/nme.6574, GSSE",
+    reference="Int. J. Numer. Methods Eng., doi 10.1002/nme.6574, as in suanPan, GSSE.cpp",
     published=Published("doi 10.1002/nme.6574", 2),
 )
 
@@ -109,7 +109,7 @@ gui_lambda = Scheme(
     parameters=(Parameter(_lam, Interval.open(0, oo), _Q(23, 2)),),
     relations={v1: v0 + h * _A * a0, u1: u0 + h * v0 + h**2 * _A * a0},
     balances=(Balance.at(end, 1),),
-    reference="Gui, Wang, Jin, Chen & Du, Soil Dyn. Earthq. Eng. 61-62 (2014)",
+    reference="Gui, Wang, Jin, Chen & Zhou, Nonlinear Dyn. (2014), doi 10.1007/s11071-014-1368-3",
     published=Published("Gui and others (2014)", None),
 ).known_as("gui")
 
@@ -124,7 +124,7 @@ mkr_alpha = kolay_ricles(
     _gm,
     {},
     {},
-    "Kolay & Ricles, J. Struct. Eng. 145 (2019), modified KR-alpha",
+    "Kolay & Ricles, J. Earthq. Eng. 23 (2019) 771-792",
     Published("Kolay & Ricles (2019)", None, rho_inf, oo),
 ).known_as("mkr", "modified_kr_alpha", "kr_alpha_explicit")
 
@@ -151,7 +151,7 @@ trapezoid_trapezoid_backward = Scheme(
         a1: _backward(v0, _vx, _vy, v1) / _third,
     },
     balances=(Balance.at(one, _Q(1, 3)), Balance.at(two, _Q(2, 3)), Balance.at(end, 1)),
-    reference="Chandra, Zhou, He & Lu, Soil Dyn. Earthq. Eng. 71 (2015), form",
+    reference="Chandra and others (2015), the form",
 )
 
 _weight = Symbol("weight")
