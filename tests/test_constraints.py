@@ -21,7 +21,7 @@ Array = np.ndarray
 VERIFY = os.environ.get("SUBSTEP_VERIFY")
 G = 9.81
 EXPLICIT = {name for name in ss.schemes() if ss.scheme(name).rho_inf == float("inf")} | {"bdf4"}  # by its starter
-DRIFTING = {"wilson_theta", "collocation", "crouzeix3", "crouzeix4", "gssss_u0", "gssss_v0"}
+DRIFTING = {"wilson_theta", "collocation", "crouzeix3", "crouzeix4", "gssss_u0", "gssss_v0", "ss22", "ss32"}
 GROWING = {"linear_acceleration": "3.732", "fox_goodwin": "9.899", "adams_moulton3": "5.343", "adams_moulton4": "6.728"}
 TOGETHER = {name for name in ss.schemes() if ss.scheme(name).info.together}
 REFUSED = EXPLICIT | DRIFTING | GROWING.keys() | NOT_PRESCRIBED.keys() | TOGETHER

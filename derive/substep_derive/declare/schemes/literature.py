@@ -126,7 +126,7 @@ mkr_alpha = kolay_ricles(
     {},
     "Kolay & Ricles, J. Earthq. Eng. 23 (2019) 771-792",
     Published("Kolay & Ricles (2019)", None, rho_inf, oo),
-).known_as("mkr", "modified_kr_alpha", "kr_alpha_explicit")
+).known_as("mkr", "modified_kr_alpha")
 
 _third, _cubic = h / 3, Symbol("cubic")
 _ux, _vx, _ax = one = knot("x")

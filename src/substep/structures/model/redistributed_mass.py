@@ -4,13 +4,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ...core.errors import real_array
 from ..solvers.matrices import Matrix, diagonal_of, finite
 
 
-def redistributed_mass(M: Any, without: Sequence[int], fields: ArrayLike) -> Matrix:
+def redistributed_mass(M: Any, without: Sequence[int], fields: Any) -> Matrix:
     """The diagonal matrix next to a diagonal M (N, N) that has no mass at the degrees of freedom `without`.
 
     fields (N,) or (N, k): displacements of which it keeps all products R^T M R. Ones and the places of nodes on a line
