@@ -29,7 +29,7 @@ from .compiled_arrays import (
     room_of,
     side_by_side,
     springs_of_lanes,
-)  # fmt: skip
+)
 from .newton import NonlinearSystem
 from .scheme_plan import Steps, step_of
 from .steps import Run, StructureSteps
