@@ -1,9 +1,10 @@
 """What several test files use: fixtures, and the settings with which hypothesis draws examples."""
 
 import os
+import random
 import sys
 import zlib
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import suppress
@@ -27,20 +28,33 @@ settings.load_profile("search" if os.environ.get("SUBSTEP_VERIFY") else "gate")
 
 # of fifteen stages, or of three parameters: what takes tenths of a second for others of their kind takes seconds
 DEAR = ("yoshida6", "gssss_u0", "gssss_v0")
+# of a test that has more cases, `make verify` draws so many; all of them take a day
+DRAWN = 24
+
+
+def whole(config: pytest.Config) -> bool:
+    """Whether this is a run of all tests, and neither of some files nor of some names."""
+    if hasattr(config, "workerinput"):
+        return config.workerinput["whole"]
+    return config.args_source is pytest.Config.ArgsSource.TESTPATHS and not config.option.keyword
 
 
 def whole_gate(config: pytest.Config) -> bool:
     """Whether this is a run of all tests, and not that of `make verify`."""
-    if hasattr(config, "workerinput"):
-        return config.workerinput["whole_gate"]
-    whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS and not config.option.keyword
-    return whole and not os.environ.get("SUBSTEP_VERIFY")
+    return whole(config) and not os.environ.get("SUBSTEP_VERIFY")
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_configure_node(node: Any) -> None:
     """Tell each of pytest's workers what the whole run is."""
-    node.workerinput["whole_gate"] = whole_gate(node.config)
+    node.workerinput["whole"] = whole(node.config)
+
+
+def pytest_report_header(config: pytest.Config) -> str:
+    """Say which cases `make verify` has drawn, and how the same ones are drawn again."""
+    if not whole(config) or whole_gate(config):
+        return ""
+    return f"SUBSTEP_DRAW={os.environ['SUBSTEP_DRAW']}: at most {DRAWN} cases of each test; SUBSTEP_DRAW=all runs all"
 
 
 def pytest_configure() -> None:
@@ -53,13 +67,13 @@ def pytest_configure() -> None:
     sys.dont_write_bytecode = False
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     os.environ.setdefault("SUBSTEP_CACHE", str(Path(__file__).parents[1] / ".pytest_cache" / "modules"))
+    os.environ.setdefault("SUBSTEP_DRAW", str(random.SystemRandom().randrange(10**6)))  # the workers inherit it
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Compile what all schemes share before the workers of a whole run begin, once for all of them."""
     config = session.config
-    whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS and not config.option.keyword
-    if whole and not (hasattr(config, "workerinput") or config.option.collectonly):
+    if whole(config) and not (hasattr(config, "workerinput") or config.option.collectonly):
         from compiled_ahead import compile_shared
 
         config.get_terminal_writer().line("kernels that all schemes share are compiled, or read from numba's cache")
@@ -88,7 +102,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     The gate runs a test over the catalogue's schemes for one scheme of each kind, another test for others, so that
     every scheme meets many tests; a test marked `every_scheme` it runs for all. A test marked `pairs` it runs for every
     scheme, on one scene: see `plain_kernels.gate_pairs`. Of one marked `matrix`, whose many cases take long, it runs
-    every sixth case; one marked `thorough` it leaves to `make verify`, which runs them all, as does a file run alone.
+    every sixth case; one marked `thorough` it leaves to `make verify`.
+
+    `make verify` draws up to `DRAWN` cases of each test, others every time; a file run alone runs them all.
     """
     if whole_gate(config):
         from plain_kernels import gate_pairs, kinds
@@ -106,14 +122,32 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
                 return (item.callspec.params["scheme"], item.callspec.params["scene"]) in gate_pairs()
             return bool(item.get_closest_marker("every_scheme")) or in_gate(function, _schemes(item), kinds())
 
-        chosen = [runs(item) for item in items]
-        config.hook.pytest_deselected(items=[item for item, run in zip(items, chosen, strict=True) if not run])
-        items[:] = [item for item, run in zip(items, chosen, strict=True) if run]
+        _choose(config, items, [runs(item) for item in items])
+    elif whole(config) and os.environ["SUBSTEP_DRAW"] != "all":
+        drawn = draw([item.nodeid for item in items], os.environ["SUBSTEP_DRAW"])
+        _choose(config, items, [item.nodeid in drawn for item in items])
     workers = getattr(config, "workerinput", {"workercount": 1})["workercount"]
     long = [item for item in items if item.get_closest_marker("long")]
     others = [item for item in items if not item.get_closest_marker("long")]
     share = -(-len(others) // workers)
     items[:] = [x for k in range(workers) for x in (*long[k::workers], *others[k * share : (k + 1) * share])]
+
+
+def _choose(config: pytest.Config, items: list[pytest.Item], chosen: Sequence[bool]) -> None:
+    config.hook.pytest_deselected(items=[item for item, run in zip(items, chosen, strict=True) if not run])
+    items[:] = [item for item, run in zip(items, chosen, strict=True) if run]
+
+
+def draw(cases: Sequence[str], seed: str) -> set[str]:
+    """Up to `DRAWN` cases of each test, the same ones for the same seed and test."""
+    of_test = defaultdict[str, list[str]](list)
+    for case in cases:
+        of_test[case.partition("[")[0]].append(case)
+    return {
+        case
+        for test, all_of_it in of_test.items()
+        for case in random.Random(f"{seed} {test}").sample(all_of_it, min(DRAWN, len(all_of_it)))
+    }
 
 
 def _schemes(item: pytest.Item) -> list[str]:
