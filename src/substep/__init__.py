@@ -32,6 +32,7 @@ from .structures.shear_building import shear_building
 from .structures.structure import Modes, Structure, structure
 from .studies.choosing import choose
 from .studies.energy_drift import EnergyDrift, energy_drift
+from .studies.own_energy import OwnEnergy, own_energy
 from .sweeps import sweep
 from .sweeps.uncertain import sobol_indices, uncertainty
 
@@ -71,6 +72,7 @@ __all__ = [
     "Law",
     "ModalDamping",
     "Modes",
+    "OwnEnergy",
     "Rayleigh",
     "Record",
     "Response",
@@ -89,6 +91,7 @@ __all__ = [
     "load",
     "march",
     "modal_damping",
+    "own_energy",
     "rayleigh",
     "read_record",
     "redistributed_mass",

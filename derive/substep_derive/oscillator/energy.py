@@ -9,10 +9,27 @@ Omega^2 u^2 + (h v)^2, for the central difference Omega^2 (1 - Omega^2/4) u^2 + 
 One spurious eigenvalue that is no rational function of Omega stays as lambda_s: w_n is then u_(n+1) - lambda_s u_n.
 """
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, reduce
+from typing import Any, NamedTuple
 
-from sympy import Expr, Integer, Matrix, Symbol, cancel, eye, factor, gcd, zeros
+from sympy import (
+    Expr,
+    Float,
+    Integer,
+    Matrix,
+    Poly,
+    Rational,
+    Symbol,
+    cancel,
+    eye,
+    factor,
+    gcd,
+    im,
+    lambdify,
+    zeros,
+)
 
 from ..algebra import rational
 from ..declare.errors import DeclarationError
@@ -23,10 +40,29 @@ from .spectrum import live
 
 spurious = Symbol("lambda_s")
 CUBIC = 3
+DIGITS = 60
 
 
 class NoEnergy(DeclarationError):
     """The principal pair cannot be split off with one algebraic number."""
+
+
+class EnergyInNumbers(NamedTuple):
+    """Of the undamped form E = x^T P x: what changes it in a step with damping, to which damping is a load as others.
+
+    With x_1 of the damped step and s = x_1 + A x_0, where A and `loss` are those of the undamped step,
+    E_1 = (1 - loss) E_0 + s^T work h^2 f - s^T (damped x_0 + damped_load h^2 f).
+    stencil: instants of f in steps after t_n. The matrices are lists of rows. P is scaled so that E = Omega^2 U^2 with
+    the amplitude U of u in the free undamped motion of the principal pair on which x lies.
+    """
+
+    A: list[list[float]]
+    P: list[list[float]]
+    work: list[list[float]]
+    damped: list[list[float]]
+    damped_load: list[list[float]]
+    stencil: list[float]
+    loss: float
 
 
 @dataclass(frozen=True)
@@ -62,7 +98,8 @@ class Energy:
         c = p.all_coeffs()
         if p.degree() == CUBIC:
             A = N / den
-            t, d = -c[1] / c[0] - spurious, -c[3] / (c[0] * spurious)
+            t = -c[1] / c[0] - spurious
+            d = c[2] / c[0] - t * spurious
             first = eye(N.rows)[0, :] * (A if len(state) > CUBIC else eye(N.rows))  # a root 0 is split off as well
             w0 = first * (A - spurious * eye(N.rows))
             w1 = w0 * A
@@ -97,6 +134,67 @@ class Energy:
             raise NoEnergy(f"{self.scheme.name}: its spurious eigenvalue depends on xi; expected one that does not")
         P, ratio = self.undamped
         return (ratio * P - self.A.T * P * self.A).applyfunc(factor)
+
+    @property
+    def reported(self) -> bool:
+        """Whether the state is what a run reports: no velocity between two steps, or other than the reported one."""
+        return not self.scheme.report and all("/" not in label for label in self.state)
+
+    @property
+    def starts_otherwise(self) -> bool:
+        """Whether at t = 0 an entry of the state is not the u, v or a of that time."""
+        start = self.scheme.start
+        return not isinstance(start, Scheme) and any(steps_back(symbol) == 0 for symbol in start)
+
+    def in_numbers(self, at: float, damping: float, parameters: Mapping[str, float]) -> EnergyInNumbers:
+        """At Omega, xi and parameters that are exactly the numbers given.
+
+        Raises NoEnergy where the principal pair is not complex at xi = 0: there the form has no sign.
+        """
+        constant = () if self.scheme.constant is None else (self.scheme.constant.approximation,)
+        given = (at, damping, *(parameters[p.name] for p in self.scheme.parameters), *constant)
+        W, Z, *others = (Float(Rational(x), DIGITS) for x in given)
+        root = self._spurious_root(W, *others)
+        A, B, rows, form, (ratio,), stencil = map(Matrix, self._function(W, Integer(0), root, *others))
+        with_damping, loaded = map(Matrix, self._function(W, Z, root, *others)[:2])
+        if not form.det() > 0:
+            raise NoEnergy(
+                f"expected a step at which {self.scheme.name} has a pair of complex eigenvalues, for an energy of its "
+                f"own, got Omega = {at:.6g}, where they are real; take a shorter step, or fewer modes"
+            )
+        P = rows.T * form * rows * (W**2 * form[1, 1] / form.det())  # Omega^2 times the amplitude of w, squared
+        if self.third != 0:
+            of_u = ratio + 2 * form[0, 1] * root + root**2  # |lambda - lambda_s|^2, w over u, with t = -2 form[0, 1]
+            P /= of_u * ratio if len(self.state) > CUBIC else of_u
+        found = (A, P, P * B, P * (A - with_damping), P * (B - loaded))
+        return EnergyInNumbers(
+            *([[float(x) for x in row] for row in X.tolist()] for X in found),
+            [float(x) for x in stencil],
+            float(1 - ratio),
+        )
+
+    def _spurious_root(self, *numbers: Any) -> Expr:
+        """Of `third` at xi = 0, Omega and the parameters: 0 without one."""
+        if self.third == 0:
+            return Integer(0)
+        values = lambdify((Omega, *self._others), Poly(self.third.subs(xi, 0), spurious).all_coeffs(), "sympy")(
+            *numbers
+        )
+        return min(Poly(values, spurious).nroots(DIGITS, maxsteps=200), key=lambda root: abs(im(root))).as_real_imag()[
+            0
+        ]
+
+    @property
+    def _others(self) -> tuple[Symbol, ...]:
+        """The scheme's parameters, and its constant where it has one."""
+        constant = () if self.scheme.constant is None else (self.scheme.constant,)
+        return (*(p.symbol for p in self.scheme.parameters), *constant)
+
+    @cached_property
+    def _function(self) -> Callable[..., Any]:
+        """A, B, rows, form, ratio, stencil as lists at Omega, xi, the spurious root, the parameters, the constant."""
+        parts = [X.tolist() for X in (self.A, self.B, self.rows, self.form, Matrix([self.ratio]), Matrix(self.stencil))]
+        return lambdify((Omega, xi, spurious, *self._others), parts, "sympy", cse=True)
 
     @cached_property
     def work(self) -> Matrix:

@@ -29,7 +29,8 @@ class Account:
     keeps the balance exactly. quadrature: what a finer rule would add to the work less
     the damped energy, and less a strain energy that is itself the work of an internal force; see
     `substep.structures.march.quadrature`. numerical: what the scheme itself has dissipated by both rules, 0 where one
-    finds a loss and the other a gain. residual: what is left over, which is known no better than the work is.
+    finds a loss and the other a gain. residual: what is left over, which is known no better than the work is. Of a
+    linear structure whose damping leaves the modes apart `substep.own_energy` says exactly what the scheme dissipates.
     """
 
     kinetic: Array
