@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from matplotlib import rc_context
+from matplotlib import pyplot, rc_context
 
 NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.py"))
 LONG = ("where_methods_fail", "where_contact_fails", "proofs", "inelastic", "constraints", "double_pendulum")
@@ -32,6 +32,7 @@ def test_notebook(path: Path) -> None:
     if path.stem not in PLAIN or os.environ.get("SUBSTEP_VERIFY"):
         with rc_context():  # a notebook sets the style of its charts
             runpy.run_path(str(path), run_name="__main__")
+        pyplot.close("all")
         return
     environment = {**os.environ, "MPLBACKEND": "Agg", "NUMBA_DISABLE_JIT": "1"}
     done = subprocess.run([sys.executable, str(path)], env=environment, capture_output=True, text=True, check=False)
