@@ -163,7 +163,7 @@ def scene_entry(motion: EquationsOfMotion) -> str:
         "outputs": literal_tuple(f'"{name}"' for name in motion.outputs) if motion.outputs else None,
         "angular_momentum": None if motion.angular_momentum is None else "True",
         "sampled": "True" if motion.is_sampled else None,
-        "damped": "True" if motion.of_rates or scene.frictions or not motion.damping.is_zero_matrix else None,
+        "damped": "True" if motion.damped or scene.frictions else None,
         "conserves": "True" if motion.of_rates and motion.conserves else None,
         "oscillator": None if oscillator is None else function(literal_tuple(number(e) for e in oscillator)),
     }

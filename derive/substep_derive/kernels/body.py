@@ -82,8 +82,7 @@ class Body:
         Raises DeclarationError for coefficients that are no matrices of the scene, or a scene with damping that the
         scheme does not take.
         """
-        damped = motion.of_rates or not motion.damping.is_zero_matrix
-        if damped and not scheme.takes_damping:
+        if motion.damped and not scheme.takes_damping:
             others, cure = (
                 (" or other forces of rates", "")
                 if motion.moves
@@ -108,7 +107,7 @@ class Body:
             w.committed[knot(0).u] = Integer(0)
         begin(w, scheme, lowered)
         reads = [*outputs, *errors, *read, *(end.u for end in ends if motion.memory)]
-        wanted = _wanted(near, prior, found, reads, damped=damped)
+        wanted = _wanted(near, prior, found, reads, damped=motion.damped)
         known = written(w, {s: e for s, e in prior.items() if s in wanted})
         last, steps = knot(0).u, list[BalanceStep]()
         for stage in found:

@@ -85,7 +85,7 @@ Taken = tuple[Matrix, "Place | None", Matrix]  # inertia with the known accelera
 
 def _row(at: "_At", balance: Balance) -> Taken:
     """What a balance takes of the equation of motion."""
-    w, inertia, places = at.w, at.in_z(balance.inertia), _places(balance, at.w)
+    w, inertia, places = at.w, at.in_z(balance.inertia), _places(balance, at)
     moving = [place for place in places if at.moves(place)] or (places[-1:] if w.unknown else [])
     load = w.vector(balance.load) / sum((place.weight for place in places), Integer(0))
     for place in places:
@@ -130,7 +130,7 @@ def _iterated(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach) -> B
             vectors.append((w.components(Symbol(f"u_*at{number or ''}")), by_z(u)))
             u = vectors[-1][0]
             within += assign(u, w.hoisted(w.vector(place.u)))
-        if w.motion.of_rates and v.has(*z):
+        if w.motion.damped and v.has(*z):
             vectors.append((named("v", v, number), by_z(v)))
             v = vectors[-1][0]
         c_a, rest = by_z(inertia), w.hoisted(at.at_rest(inertia))
@@ -200,7 +200,7 @@ def _begun(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach, held: E
         first = _without_rates(at, rows).subs(dict(zip(w.unknown, w.latest, strict=True)))
     elif c_u != 0:
         first = (w.components(last) - w.components(predicted(0))) * w.reciprocal(c_u, c_u)
-    by_rates, moves = w.motion.of_rates or by_velocity(w.motion), held if c_u == 0 else c_u
+    by_rates, moves = w.motion.damped or by_velocity(w.motion), held if c_u == 0 else c_u
     return first, Abs(moves) + Abs(h * stage.c_v()) if by_rates else moves
 
 
@@ -235,7 +235,7 @@ class _At:
 
     def moves(self, place: Place) -> bool:
         """Whether the equation of motion there depends on the unknown."""
-        v = self.in_z(place.v) if self.w.motion.of_rates else Matrix()
+        v = self.in_z(place.v) if self.w.motion.damped else Matrix()
         return any(e.has(*self.z) for e in (*self.in_z(place.u), *v))
 
     def equation(self, place: Place, u: Matrix, v: Matrix) -> tuple[Matrix, Matrix]:
@@ -275,11 +275,13 @@ class _Steady:
         return [(name, e) for e, name in self.named.items()]
 
 
-def _places(balance: Balance, w: Writer) -> list[Place]:
+def _places(balance: Balance, at: "_At") -> list[Place]:
     """Where the balance takes the equation of motion.
 
+    Forces of rates are taken at each knot of its force, a constant damping, if that is another mixture, at one of them.
     Raises DeclarationError where it takes it at several knots, and what C multiplies is not the same mixture of theirs.
     """
+    w = at.w
     marks: dict[Expr, Dummy] = {atom: Dummy() for atom in sorted(balance.force.atoms(N, N_discrete), key=str)}
     force = balance.force.subs(marks)
     weights = {atom: factor(force.diff(mark)) for atom, mark in marks.items()}
@@ -287,16 +289,19 @@ def _places(balance: Balance, w: Writer) -> list[Place]:
         Place(weight, atom, sum(atom.args, Integer(0)) / len(atom.args), balance.damping / weight)
         for atom, weight in weights.items()
     ]
-    if len(found) == 1 or not w.motion.of_rates:
+    if len(found) == 1 or not w.motion.damped:
         return found
-    found = [replace(place, v=_velocity(place.u)) for place in found]
-    if (sum((place.weight * place.v for place in found), Integer(0)) - balance.damping).expand() != 0:
+    at_knots = [replace(place, v=_velocity(place.u)) for place in found]
+    if (sum((place.weight * place.v for place in at_knots), Integer(0)) - balance.damping).expand() == 0:
+        return at_knots
+    if w.motion.of_rates:
         raise DeclarationError(
             f"{w.scheme.name}: expected a balance whose damping mixes the velocities of the knots of its force, with "
             f"the same weights, got {balance.damping} beside {balance.force}, on {w.motion.scene.name}, whose forces "
             "depend on rates; take another scheme"
         )
-    return found
+    whole = next((place for place in found if at.in_z(place.u).has(*at.z)), found[-1])
+    return [place if place is whole else replace(place, v=Integer(0)) for place in found]  # a constant damping, once
 
 
 def _velocity(u: Expr) -> Expr:

@@ -97,6 +97,11 @@ class EquationsOfMotion:
         return not self.rate_force.is_zero_matrix
 
     @cached_property
+    def damped(self) -> bool:
+        """Whether any force depends on the rates of the coordinates, but for friction."""
+        return self.of_rates or not self.damping.is_zero_matrix
+
+    @cached_property
     def bends_at_rest(self) -> bool:
         """Whether the slope of those forces by the rates has no bound where all rates are 0, as that of sqrt(|v|)."""
         v = self.scene.rates
