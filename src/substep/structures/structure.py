@@ -4,7 +4,7 @@ from __future__ import annotations
 
 # pyright: reportUnnecessaryIsInstance=false
 # what users give is checked when it comes, whatever its annotation says
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -22,6 +22,7 @@ from .model.contacts import contacts_of
 from .model.equilibrium import equilibrium
 from .model.given import Dof, LoadPair, loads_of, names_of, numbered, place_of
 from .model.given_force import internal_of
+from .model.held import Held, held_of
 from .model.model import Model
 from .model.rayleigh import Rayleigh
 from .model.supports import accelerated, displaced
@@ -51,9 +52,11 @@ class Structure(Model):
     def modes(self, n: int) -> Modes:
         """The n lowest natural modes, undamped, with the damping of each; see `Modes`.
 
-        Raises ValueError for more modes than degrees of freedom with mass, and for M or K that is not symmetric or not
-        positive semidefinite.
+        Raises ValueError for more modes than degrees of freedom with mass, for M or K that is not symmetric or not
+        positive semidefinite, and for nonlinear constraints.
         """
+        if isinstance(self.contacts, Held):
+            require_no_contacts(self, "modes", "hold degrees of freedom by fixed= or constraints=T")
         omega, shapes, statics = eigenmodes(self, n)
         return Modes(self, omega, shapes, modal_damping_matrix(self, omega, shapes), statics)
 
@@ -149,7 +152,9 @@ def structure(
     u0, v0, a0: (N,) or one number for all; a0 by default, and as "consistent", from the equation of motion.
     u0="static": the displacements in equilibrium with the loads at t = 0, of an internal force by Newton's iteration
     from zero with its tangent. fixed: degrees of freedom held at 0. constraints: T (N, n), the displacements of all as
-    T q of those that are independent. names: of all N, for `fixed`, `load` and `dofs`.
+    T q of those that are independent; or a mapping of names to functions of u (N,) that return g and its gradient G, a
+    number and (N,) or (s,) and (s, N), where reactions -G^T lambda keep g at 0: see docs/constraints.md. names: of all
+    N, for `fixed`, `load` and `dofs`.
     contacts: a mapping of names to pairs of a row of B (N,), as of a spring, and a gap g0, in the units of u; or of
     rows (s, N) and gaps (s,). A reaction of that name keeps g0 + B u from becoming negative. restitution: for all of
     them, or by name, the share of the velocity that closed a gap with which it opens, from 0 to 1; remembered: whether
@@ -179,7 +184,8 @@ def structure(
         raise ValueError(f"expected fixed as a list of names or numbers, got {fixed!r}; give [{fixed!r}]")
     numbers = numbered(known)
     held = sorted({place_of(dof, numbers, N) for dof in fixed})
-    T = transformation(N, held, constraints)
+    nonlinear = isinstance(constraints, Mapping)
+    T = transformation(N, held, None if nonlinear else constraints)
     whole = None if K is None else checked("K", K, N)
     internal = internal_of(T, known, mass, whole, springs, internal_force, tangent, potential, state)
     static = isinstance(u0, str)
@@ -218,7 +224,19 @@ def structure(
         loaded = replace(loaded, contacts=touching)
         touching.require_open(loaded.u0)
         loaded.pushed  # noqa: B018 (raises for contacts without mass)
+    if nonlinear and constraints:
+        loaded = replace(loaded, contacts=_held(loaded, constraints))
     return replace(loaded, C=damping_of(loaded, C))
+
+
+def _held(s: Structure, given: Any) -> Held:
+    """The nonlinear constraints of a structure, kept at its start. Raises ValueError with contacts, or u0="static"."""
+    for what, there in (("contacts", s.contacts is not None), ('u0="static"', s.static)):
+        if there:
+            raise ValueError(f"expected nonlinear constraints without {what}, got both; leave one out")
+    found = held_of(given, s.T, s.u0, s.names)
+    found.require_kept(s, s.u0, s.v0)
+    return found
 
 
 def damping_of(s: Model, C: Any) -> Matrix | Rayleigh | None:

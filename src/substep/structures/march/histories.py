@@ -13,6 +13,7 @@ from ...core.memory import require_memory
 from ...core.response import Statistics, Status
 from ...core.state import State
 from ...run.clock import ConstantSteps
+from ..model.contacts import Contacts
 from ..model.given import Dof
 from ..model.memory import Memory, RememberingForce
 from ..model.model import Model
@@ -51,7 +52,7 @@ class Kept:
     def account(self, rows: int, status: Status, step: str) -> Account | None:
         """The account of the first rows; warns where the scheme has dissipated, or gained, much in steps like that."""
         found = np.concatenate(self.accounts)[:rows] if self.accounts else []
-        impacts = self.run.structure.contacts is not None
+        impacts = isinstance(self.run.structure.contacts, Contacts)
         return accounted(self.run.scheme, found, status, step, held_at_start(self.run), impacts=impacts)
 
 

@@ -130,8 +130,7 @@ class NonlinearSystem:
             if self.solve is None:
                 self.solve = self._factorized()
             z = -self.solve(known + self._force(X, None, t))
-            more = None if pressing is None else pressing.more(X, z, self.solve)
-            return z if pressing is None or more is None else z + pressing.moved @ more
+            return z if pressing is None else pressing.settled(X, z, self.solve)
         return self._iterated(X, known, t, pressing)
 
     def _iterated(self, X: Array, known: Array, t: float, pressing: Pressing | None = None) -> Array:
@@ -150,8 +149,7 @@ class NonlinearSystem:
                     break
             before, change = residual, -self.solve(residual)
             if pressing is not None and (more := pressing.more(X, z + change, self.solve)) is not None:
-                change, force = change + pressing.moved @ more, pressing.force(more)
-                residual, known = residual + force, known + force
+                change, residual, known = change + more[0], residual + more[1], known + more[1]
             z, residual, change = self._moved(X, z, change, residual, known, t)
             size = reach * float(np.abs(change).max())
             u = self._at(row, X, z)
@@ -159,13 +157,14 @@ class NonlinearSystem:
             within = max(TOLERANCE * float(np.abs(u - X[0]).max()), EXACT * self.largest)
             if not np.isfinite(size + np.abs(residual).max()):
                 break
-            if self._on_lines(X, z, t, residual, before):
+            kept = pressing is None or pressing.kept(X, z)
+            if kept and self._on_lines(X, z, t, residual, before):
                 return z
             rate = size / previous if previous else 1.0
             left = size * min(1.0, rate / (1.0 - rate)) if rate < 1.0 else size  # of a series that shrinks so
             small = left <= within or (self.internal.remembers and np.array_equal(z, z - change))  # z's rounding
             slow = previous and rate >= 0.5 and size <= ROUNDING * self.largest
-            if (small or slow) and not self._unbalanced(residual, known, z):
+            if (small or slow) and kept and not self._unbalanced(residual, known, z):
                 return z
             self.released = small
             if previous and rate > CONTRACTION and not fresh:

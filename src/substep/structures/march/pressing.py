@@ -11,8 +11,8 @@ Where they are, a balance takes reactions as it takes forces, with the same weig
 those that were solved for before, also at t_n by the last balance of the step before, are beside its loads.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from ...core.arrays import Array
 from ..model.contacts import Contacts
 from ..model.model import Model
 from ..solvers.complementarity import complementary
-from .scheme_plan import Steps, System, Touch
+from .scheme_plan import Touch
 
 Solve = Callable[[Array], Array]
 
@@ -50,17 +50,25 @@ class Pressing:
         """Begin a solution without reactions."""
         self.p = np.zeros(self.contacts.size)
 
+    def resume(self, p: Array, u: Array) -> None:
+        """Take the reactions of a step before, at its displacement."""
+        self.p = p
+
     def press(self, X: Array, factors: Solve, scale: float = 1.0) -> None:
         """Solve for the reactions, where the unknown is in its place of X without them; factors: of A over scale."""
         self.begin()
-        if (more := self.more(X, X[self.place], factors, scale)) is not None:
-            X[self.place] += self.moved @ more
+        X[self.place] = self.settled(X, X[self.place], factors, scale)
         self.finish(X)
 
-    def more(self, X: Array, z: Array, factors: Solve, scale: float = 1.0) -> Array | None:
-        """By how much the reactions have to change (d,) where the unknown is z under those so far; None for nothing.
+    def settled(self, X: Array, z: Array, factors: Solve, scale: float = 1.0) -> Array:
+        """The unknown under the reactions that are solved for, from the one without them. Raises NotFound."""
+        more = self.more(X, z, factors, scale)
+        return z if more is None else z + more[0]
 
-        They are changed. Raises NotFound where there are none.
+    def more(self, X: Array, z: Array, factors: Solve, scale: float = 1.0) -> tuple[Array, Array] | None:
+        """By how much the unknown (n,), and the residual's known part, change where z is that of the reactions so far.
+
+        None for nothing; the reactions are changed. Raises NotFound where there are none.
         """
         q = self._free(X, z)
         if not self.p.any() and (q >= 0.0).all():
@@ -71,17 +79,22 @@ class Pressing:
             self.compliance = self.contacts.rows @ self.moved[self.contacts.columns]
         found = complementary(q - self.compliance @ self.p, self.compliance, self.p)
         more, self.p = found - self.p, found
-        return more
+        return self.moved @ more, -self.weight * self._spread(more)
 
-    def force(self, more: Array) -> Array:
-        """What reactions add (n,) to the residual's known part."""
-        return -self.weight * self._spread(more)
+    def kept(self, X: Array, z: Array) -> bool:
+        """Whether the unknown is where the last reactions hold it, but for rounding."""
+        return True
+
+    @property
+    def pushing(self) -> Array | None:
+        """The force (n,) of the reactions of the last solution; None for none."""
+        return self._spread(self.p) if self.p.any() else None
 
     def loaded(self, load: Array | None, scale: float) -> Array | None:
         """The load (n,) over scale, with the reactions that are known."""
         for weight, other in self.known:
-            if other.p.any():
-                found = weight / scale * self._spread(other.p)
+            if (pushing := other.pushing) is not None:
+                found = weight / scale * pushing
                 load = found if load is None else load + found
         return load
 
@@ -112,53 +125,3 @@ class Pressing:
             opens += contacts.restitution * (contacts.rows @ before)
             found[bouncing] = np.where(closes, opens / c_v, np.inf)[bouncing]
         return found
-
-
-def pressed(structure: Model, steps: Steps, before: Steps) -> tuple[Steps, tuple[Pressing | None, ...]]:
-    """The steps with a vector more for each balance, behind the unknowns, and the contacts in their systems.
-
-    before: the steps as they are without what their last unknown is less by: see `Steps.less`. Accelerations of the new
-    state, and what is reported of a, are without those of reactions.
-    """
-    contacts = structure.contacts
-    touched = [k for k, system in enumerate(steps.systems) if system.touch is not None]
-    if contacts is None or not touched:
-        return steps, (None,) * len(steps.systems)
-    V, places = steps.vectors, [steps.systems[k].place for k in touched]
-    found: list[Pressing | None] = [None] * len(steps.systems)
-    for at, k in enumerate(touched, V):
-        system = steps.systems[k]
-        assert system.touch is not None
-        own, none = float(system.inertia[system.place]), np.zeros(contacts.size)
-        kept = None if contacts.remembered else at
-        found[k] = Pressing(structure, contacts, system.place, kept, own, system.touch, none)
-    if contacts.remembered:
-        _remember([(before.systems[k], x) for k, x in enumerate(found) if x is not None], before)
-        return steps, tuple(found)
-
-    def wider(rows: Array, old: Array, of: Array) -> Array:
-        return np.concatenate([rows, np.where(of[:, None], -old[:, places], 0.0)], axis=1)
-
-    none = np.zeros(len(places))
-    every = {name: np.append(row, none) for name, row in steps.rows.items()}
-    reports = np.arange(len(steps.report)) == 2
-    out, report = wider(steps.out, before.out, steps.accelerations), wider(steps.report, before.report, reports)
-    return replace(steps, out=out, report=report, rows=every, more=len(places)), tuple(found)
-
-
-def _remember(pairs: Sequence[tuple[System, Pressing]], steps: Steps) -> None:
-    """Give contacts that are remembered the weights of the forces, and the reactions that are known."""
-    forces = [force for system, _ in pairs for force in system.forces]
-    known = list[tuple[Array, Pressing]]()
-    if any(np.array_equal(force.u, steps.out[0]) for force in forces):  # else a force at u_0 is of another reaction
-        known.append((steps.rows["u_0"], pairs[-1][1]))
-    for system, one in pairs:
-        one.weight = sum(w for w, _, _ in system.differences)
-        for force in system.forces:
-            at = next((x for row, x in known if np.array_equal(row, force.u)), None)
-            if at is None:
-                one.weight += force.w
-            else:
-                one.known.append((force.w, at))
-        if system.touch is not None:
-            known.append((system.touch.rows[0], one))

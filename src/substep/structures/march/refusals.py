@@ -2,10 +2,14 @@
 
 from collections.abc import Iterable, Sequence
 
+import numpy as np
+
 from ...core.errors import unknown_name
 from ...core.schemes import Scheme
 from ...marching.run import require_decay as require_error_decay
 from ..model.consistency import require_finite_start, require_own_potential, require_own_tangent
+from ..model.contacts import Contacts
+from ..model.held import Held
 from ..model.model import Model
 from ..model.rayleigh import Rayleigh
 from ..solvers.low_rank import LowRank
@@ -88,7 +92,14 @@ def require_contacts(structure: Model, scheme: Scheme, who: str, systems: Sequen
     """
     if structure.contacts is None:
         return
-    for restitution in sorted(set(structure.contacts.bouncing.tolist())):
+    if isinstance(structure.contacts, Held) and any(_at_a_mean(x) for x in systems):
+        raise ValueError(
+            f"{who} takes forces at a mean of two displacements: expected a scheme that takes them at displacements of "
+            "its own, where the reactions of nonlinear constraints of a structure act; take another scheme, or declare "
+            "the structure as a scene"
+        )
+    kinds = structure.contacts.bouncing.tolist() if isinstance(structure.contacts, Contacts) else [False]
+    for restitution in sorted(set(kinds)):
         if why := why_no_contact(scheme, restitution=restitution):
             raise ValueError(why)
         if any(x.touch is not None and x.touch.rows[int(restitution), x.place] == 0.0 for x in systems):
@@ -97,7 +108,15 @@ def require_contacts(structure: Model, scheme: Scheme, who: str, systems: Sequen
                 f"{who} does not move the {what} at which it takes the force: expected one that it moves, so that a "
                 "reaction acts there; take another scheme, or give contacts restitution= where the scheme is explicit"
             )
-    require_error_decay("a structure with contacts", scheme)
+    require_error_decay(f"a structure with {structure.contacts.kind}", scheme)
+
+
+def _at_a_mean(system: System) -> bool:
+    """Whether a balance takes a force that it moves elsewhere than where its reactions act."""
+    if system.touch is None:
+        return False
+    moved = [force.u for force in system.forces if force.u[system.place] != 0.0]
+    return bool(system.differences) or any(not np.array_equal(u, system.touch.rows[0]) for u in moved)
 
 
 def require_undamped(structure: Model, scheme: Scheme, who: str) -> None:
@@ -151,8 +170,8 @@ def require_no_contacts(structure: Model, what: str, cure: str) -> None:
     """Raises ValueError for a structure with contacts; what: asked for."""
     if structure.contacts is not None:
         raise ValueError(
-            f"expected a structure without contacts for {what}, got contacts {', '.join(structure.contacts.names)}; "
-            f"{cure}"
+            f"expected a structure without {structure.contacts.kind} for {what}, got {structure.contacts.kind} "
+            f"{', '.join(structure.contacts.names)}; {cure}"
         )
 
 

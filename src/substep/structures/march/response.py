@@ -101,9 +101,8 @@ class StructureResponse(Response):
         memories = [None if kept is None else kept.at(k) for k in range(1, len(self.t))]
         rows = zip(self.t[1:], np.asarray(self.u)[1:, order], np.asarray(self.v)[1:, order], memories, strict=True)
         first = s.a0 if self.started is None else vectors(s, self.started)[2]
-        found = np.array([first, *(s.acceleration(*row, memory=memory) for *row, memory in rows)])
-        if s.contacts is not None and s.contacts.remembered and self.touched is not None:
-            found[1:] += self.touched[1:, 0] @ s.pushed.T
+        touching = [None] * len(self.t) if self.touched is None else self.touched[:, 0]
+        found = np.array([first, *(s.pushed_acceleration(*row) for row in zip(rows, touching[1:], strict=True))])
         return found[:, self._places]
 
     @property
@@ -111,7 +110,7 @@ class StructureResponse(Response):
         """What was remembered, by name: (n+1, s) of springs, NaN where a law has no such name; (n+1, ...) of states.
 
         Of each contact the constant reaction (n+1,) that has the impulse of the step, 0 at the start, or the last one
-        where they are remembered; (n+1, s) of one of several rows.
+        where they are remembered; of each constraint its multiplier; (n+1, s) of one of several rows.
         """
         force, kept = self.structure.internal, self.remembered
         found = {} if kept is None or not isinstance(force, RememberingForce) else force.named(kept)
@@ -119,7 +118,10 @@ class StructureResponse(Response):
 
     @property
     def gaps(self) -> Mapping[str, Array]:
-        """The gap (n+1,) of each contact, by name, 0 where it is closed; (n+1, s) of one of several rows."""
+        """The gap (n+1,) of each contact, by name, 0 where it is closed; (n+1, s) of one of several rows.
+
+        Of each constraint what is left of g.
+        """
         return self._touching(1)
 
     def _touching(self, which: int) -> dict[str, Array]:
@@ -212,10 +214,9 @@ class StructureResponse(Response):
         s, started = self.structure, self.started
         t = 0.0 if started is None else started.t
         u, v, a = (s.u0, s.v0, s.a0) if started is None else vectors(s, started)
-        found = s.acceleration(t, u, v, memory=None if self.remembered is None else self.remembered.at(0))
-        if s.contacts is not None and s.contacts.remembered and self.touched is not None:
-            found += s.pushed @ self.touched[0, 0]
-        return s.T @ (a - found)
+        memory = None if self.remembered is None else self.remembered.at(0)
+        touching = None if self.touched is None else self.touched[0, 0]
+        return s.T @ (a - s.pushed_acceleration((t, u, v, memory), touching))
 
     @property
     def _jumped(self) -> str:

@@ -17,7 +17,8 @@ from ..solvers.combine import combined
 from .linear import Factors, LinearSystem
 from .newton import Iteration, NonlinearSystem, Tangent
 from .newton_together import NonlinearTogether
-from .pressing import Pressing, pressed
+from .pressing import Pressing
+from .reacting import pressed
 from .scheme_plan import Steps, System, start_of
 from .together import Joined, Together
 from .velocity import Watch
@@ -71,7 +72,8 @@ class StructureSteps:
         if self.run.memory is not None:
             self.memories[:] = [self.run.memory if memory is None else memory]
         if self.run.reactions is not None and (kept := [x for x in self.pressings if x is not None]):
-            kept[-1].p = self.run.reactions
+            u = self.steps.rows["u_0"][: len(state)] @ state
+            kept[-1].resume(self.run.reactions, u)
         given = self.steps.given
         X[:given] = state
         combined(self.ahead, X[:given], X[given : given + len(self.ahead)])
@@ -109,7 +111,10 @@ class StructureSteps:
                 self._commit(*combined(np.array([u, v]), X), since, t)
 
     def touched(self, X: Array) -> Array:
-        """Of contacts the mean reactions of a complete step, or the last that are remembered, and the gaps, (2, d)."""
+        """Of contacts the mean reactions of a complete step, or the last that are remembered, and the gaps, (2, d).
+
+        Of constraints the last multipliers, and what is left of g.
+        """
         contacts = self.run.structure.contacts
         assert contacts is not None
         each = [(x.touch.share, x.p) for x in self.pressings if x is not None]

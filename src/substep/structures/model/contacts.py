@@ -32,6 +32,7 @@ class Contacts:
     restitution: Array
     names: Mapping[str, int | slice]
     remembered: bool = False
+    kind = "contacts"
 
     @property
     def size(self) -> int:

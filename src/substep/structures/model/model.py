@@ -29,6 +29,7 @@ from ..solvers.matrices import (
 )  # fmt: skip
 from .contacts import Contacts
 from .given import Dof, numbered, place_of
+from .held import Held
 from .internal_force import InternalForce
 from .memory import Memory, Recalled, RememberingForce
 from .rayleigh import Rayleigh
@@ -43,7 +44,8 @@ class Model:
     loads: pairs of a vector (n,) and a function of time. u0, v0 (n,). names: of all N degrees of freedom, or empty.
     motions: of the ground, pairs of displacements (N,) for a unit motion of the base, and its acceleration.
     full_mass, full_stiffness: M and K (N, N), the latter None with an internal force. static: whether u0 was asked for
-    as the equilibrium under the loads at t = 0. contacts: gaps that reactions keep from closing, if there are any.
+    as the equilibrium under the loads at t = 0. contacts: gaps that reactions keep from closing, or
+    nonlinear constraints, if there are any.
     """
 
     M: Matrix
@@ -61,7 +63,7 @@ class Model:
     full_stiffness: Matrix = None
     internal: InternalForce | RememberingForce | None = None
     static: bool = False
-    contacts: Contacts | None = None
+    contacts: Contacts | Held | None = None
 
     @property
     def size(self) -> int:
@@ -158,7 +160,9 @@ class Model:
         if self.a0_given is not None:
             return self.a0_given
         a = self.acceleration(0.0, self.u0, self.v0, memory=self.memory0)
-        return a if self.contacts is None else a + self.pushed @ self.at_rest(0.0, self.u0, self.v0, self.memory0)
+        if self.contacts is None:
+            return a
+        return a + self.pushed_by(self.at_rest(0.0, self.u0, self.v0, self.memory0), self.u0)
 
     def acceleration(
         self,
@@ -225,7 +229,7 @@ class Model:
     @cached_property
     def bare(self) -> NDArray[np.intp]:
         """The massless degrees of freedom that contacts touch, whose reactions stiffness balances."""
-        if self.contacts is None:
+        if not isinstance(self.contacts, Contacts):
             return self.massless[:0]
         return self.massless[self.contacts.forces(self.size)[self.massless].any(axis=1)]
 
@@ -235,7 +239,7 @@ class Model:
 
         Raises ValueError for a contact of a degree of freedom without mass, unless reactions are remembered.
         """
-        assert self.contacts is not None
+        assert isinstance(self.contacts, Contacts)
         forces = self.contacts.forces(self.size)
         if not len(self.massless):
             return self.solve_mass(forces)
@@ -249,11 +253,31 @@ class Model:
         plain = replace(self, internal=None)
         return np.array([plain.acceleration(0.0, rest, rest, force) for force in forces.T]).T
 
+    def pushed_by(self, reactions: Array, u: Array) -> Array:
+        """The acceleration (n,) that reactions (d,), or multipliers of constraints, give the masses at u (n,)."""
+        if isinstance(self.contacts, Held):
+            return self.solve_mass(self.contacts.forces(u, reactions))
+        return self.pushed @ reactions
+
+    def pushed_acceleration(self, at: tuple[float, Array, Array, Memory | None], reactions: Array | None) -> Array:
+        """The acceleration (n,) with that of reactions (d,) that are remembered; at: t, u, v and a memory.
+
+        Of constraints their multipliers follow from the equation of motion there, whatever those of a step are.
+        """
+        t, u, v, memory = at
+        a, contacts = self.acceleration(t, u, v, memory=memory), self.contacts
+        if isinstance(contacts, Held):
+            return a + self.pushed_by(contacts.multipliers(self, t, u, v, memory), u)
+        return a if contacts is None or reactions is None or not contacts.remembered else a + self.pushed @ reactions
+
     def at_rest(self, t: float, u: Array, v: Array, memory: Memory | None = None) -> Array:
         """The reactions (d,) that are remembered of gaps that are closed and at rest at t, u, v (n,).
 
-        memory: as in `acceleration`. Raises ValueError where none balance what massless degrees of freedom bear.
+        Of constraints the multipliers there. memory: as in `acceleration`. Raises ValueError where none balance what
+        massless degrees of freedom bear.
         """
+        if isinstance(self.contacts, Held):
+            return self.contacts.multipliers(self, t, u, v, memory)
         assert self.contacts is not None
         if not self.contacts.remembered:
             return np.zeros(self.contacts.size)

@@ -20,7 +20,7 @@ def vectors(structure: Model, state: State) -> Array:
     if len(found) < 3:
         a = structure.acceleration(state.t, *found, memory=memory_of(structure, state))
         if structure.contacts is not None:
-            a += structure.pushed @ reactions_of(structure, state, *found)
+            a += structure.pushed_by(reactions_of(structure, state, *found), found[0])
         found.append(a)
     return np.array(found)
 

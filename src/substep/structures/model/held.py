@@ -1,0 +1,159 @@
+"""Nonlinear constraints of a structure: d functions g(u) of its displacements that reactions keep at 0."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...core.arrays import Array
+from ..solvers.matrices import Matrix
+
+if TYPE_CHECKING:
+    from .memory import Memory
+    from .model import Model
+
+KEPT = 1e-9  # of a gradient times the displacements, or the velocities: how far a start may be off the constraints
+DEPENDENT = 1e-10  # of the largest singular value of the directions of gradients: with a smaller one they are dependent
+TURNED = 1e-5  # share by which gradients turn along the velocity, to find the rate of g' by central differences
+Given = Callable[[Array], Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """d constraints g(u) = 0, with multipliers: the force of reactions is -G^T lambda, G = dg/du.
+
+    functions: of each constraint, from the displacements (N,) of all degrees of freedom to g, a number or (s,), and G
+    (N,) or (s, N). T (N, n): as in `Model`. names: of each its rows.
+    """
+
+    functions: tuple[Given, ...]
+    T: Matrix
+    names: Mapping[str, int | slice]
+    size: int
+    kind = "constraints"
+    remembered = True  # the acceleration that a scheme keeps is with that of the reactions
+
+    def at(self, u: Array) -> tuple[Array, Array]:
+        """The values g (d,) and gradients G (d, n) at u (n,) of the free degrees of freedom."""
+        whole, values, gradients = self.T @ u, np.empty(self.size), np.empty((self.size, len(u)))
+        for function, where in zip(self.functions, self.names.values(), strict=True):
+            value, gradient = function(whole.copy())
+            values[where], gradients[where] = value, gradient @ self.T
+        return values, gradients
+
+    def gaps(self, u: Array) -> Array:
+        """The values g (d,) at u (n,)."""
+        return self.at(u)[0]
+
+    def forces(self, u: Array, multipliers: Array) -> Array:
+        """The force (n,) of multipliers (d,) at u (n,)."""
+        return -multipliers @ self.at(u)[1]
+
+    def by_name(self, values: Array) -> dict[str, Array]:
+        """Values (m, d) of all constraints by name: (m,), or (m, s) of one of several values."""
+        return {name: values[:, where] for name, where in self.names.items()}
+
+    def multipliers(self, s: "Model", t: float, u: Array, v: Array, memory: "Memory | None" = None) -> Array:
+        """Those (d,) with which the acceleration keeps g = 0, from u, v (n,) at t: G a = -(dG/dt) v."""
+        G = self.at(u)[1]
+        free = s.acceleration(t, u, v, memory=memory)
+        return np.linalg.solve(G @ s.solve_mass(G.T), G @ free + self._turning(u, v, G))
+
+    def _turning(self, u: Array, v: Array, G: Array) -> Array:
+        """(dG/dt) v (d,) along u + t v."""
+        if not v.any():
+            return np.zeros(self.size)
+
+        def change(h: float) -> Array:
+            return (self.at(u + h * v)[1] - self.at(u - h * v)[1]) / (2.0 * h)
+
+        h = 1e-6 * max(1.0, float(np.abs(u).max())) / float(np.abs(v).max())
+        rate = np.abs(change(h)).max()
+        if rate == 0.0:
+            return np.zeros(self.size)
+        return change(TURNED * float(np.abs(G).max()) / float(rate)) @ v
+
+    def require_kept(self, s: "Model", u: Array, v: Array) -> None:
+        """Raises ValueError for a start off the constraints, or that leaves them, and for dependent constraints."""
+        values, G = self.at(u)
+        lengths = np.linalg.norm(G, axis=1)
+        for what, found, of in (("g(u0) = 0", values, u), ("G v0 = 0", G @ v, v)):
+            size = max(1.0 if what.startswith("g") else 0.0, float(np.abs(of).max()))
+            if (off := np.flatnonzero(np.abs(found) > KEPT * lengths * size)).size:
+                k = int(off[0])
+                raise ValueError(
+                    f"expected a start with {what} of constraint '{self.name_of(k)}', got {found[k]:.3g}; give u0 and "
+                    "v0 that keep it"
+                )
+        if len(s.massless):
+            raise ValueError(
+                "expected mass at each degree of freedom of a structure with nonlinear constraints, got none at "
+                f"{s.named(int(s.massless[0]))}; condense it"
+            )
+        for k in range(self.size):
+            values = np.linalg.svd(G[: k + 1] / np.maximum(lengths[: k + 1, None], 1e-300), compute_uv=False)
+            if len(values) <= k or values[-1] <= DEPENDENT * values[0]:
+                raise ValueError(
+                    f"expected independent constraints, got '{self.name_of(k)}' whose gradient at the start follows "
+                    "from those before it, or is 0; leave it out"
+                )
+
+    def name_of(self, k: int) -> str:
+        """Of a value by its number the name of the constraint."""
+        places = np.arange(self.size)
+        return next(name for name, where in self.names.items() if k in np.atleast_1d(places[where]))
+
+
+def held_of(given: Mapping[Any, Any], T: Matrix, u: Array, names: Sequence[str]) -> Held:
+    """Constraints from what `structure` takes; u (n,): where a structure starts, T, names: of a `Model`.
+
+    Raises ValueError for names and functions that are none, for values or gradients of other shapes or not finite, and
+    for a gradient that is not that of the values.
+    """
+    where, functions, first, whole = dict[str, int | slice](), list[Given](), 0, T @ u
+    for name, function in given.items():
+        if not isinstance(name, str) or not callable(function):
+            raise ValueError(
+                f"expected constraint {name!r} as a name with a function of the displacements, got "
+                f"{type(function).__name__}; give such as {{'rod': lambda u: (u @ u - 1.0, 2.0 * u)}}"
+            )
+        value, gradient = _asked(name, function, whole)
+        count = value.size
+        where[name] = first if value.ndim == 0 else slice(first, first + count)
+        functions.append(function)
+        first += count
+        _require_gradient(name, function, whole, gradient.reshape(count, -1))
+    return Held(tuple(functions), T, where, first)
+
+
+def _asked(name: str, function: Given, u: Array) -> tuple[Array, Array]:
+    found = function(u.copy())
+    if not isinstance(found, tuple) or len(found) != 2:
+        raise ValueError(
+            f"expected constraint '{name}' to return its value and its gradient, got {type(found).__name__}; return "
+            "(g, G)"
+        )
+    value, gradient = (np.asarray(x, dtype=float) for x in found)
+    if value.ndim > 1 or gradient.shape != (*value.shape, len(u)):
+        raise ValueError(
+            f"expected constraint '{name}' to return a number and a gradient ({len(u)},), or (s,) and (s, {len(u)}), "
+            f"got shapes {value.shape} and {gradient.shape}; return these"
+        )
+    if not (np.isfinite(value).all() and np.isfinite(gradient).all()):
+        raise ValueError(f"expected finite values of constraint '{name}' at the start, got others; correct it there")
+    return value, gradient
+
+
+def _require_gradient(name: str, function: Given, u: Array, gradient: Array) -> None:
+    """Raises ValueError where the gradient is not the values' slope along one direction, by central differences."""
+    direction = np.cos(1.0 + np.arange(float(len(u))))
+    h = 1e-6 * max(1.0, float(np.abs(u).max()))
+    plus, minus = (np.atleast_1d(_asked(name, function, u + sign * h * direction)[0]) for sign in (1.0, -1.0))
+    slope, expected = (plus - minus) / (2.0 * h), gradient @ direction
+    allowed = 1e-5 * np.abs(gradient) @ np.abs(direction) + 1e-9 * np.maximum(np.abs(plus), np.abs(minus)) / h
+    if (np.abs(slope - expected) > allowed).any():
+        raise ValueError(
+            f"expected constraint '{name}' to return the gradient of its value, got one that is not its slope at the "
+            "start; correct it"
+        )
