@@ -132,6 +132,27 @@ def test_the_multiplier_is_of_the_second_order_for_one_balance() -> None:
     assert 3.5 < errors[0] / errors[1] < 4.5
 
 
+@pytest.mark.parametrize("unit", [1e-3, 1.0, 1e6])
+def test_displacements_from_the_place_at_the_start_in_any_unit(unit: float) -> None:
+    """As of finite elements: g is of places, u of what is left of them at rest; lengths in mm, m or um."""
+
+    def rod_from(u: Array) -> tuple[float, Array]:
+        place = np.array([0.6, -0.8]) * unit + u[:2]
+        return (place @ place - unit**2) / 2.0, np.array([*place, 0.0])
+
+    B = np.array([0.0, -1.0, 1.0])
+    given = {"u0": 0.0, "v0": np.array([0.8, 0.6, 0.0]) * 1e-3 * unit, "constraints": {"rod": rod_from}}
+    linear = ss.structure(np.eye(3), 50.0 * np.outer(B, B), **given)
+    nonlinear = ss.structure(
+        np.eye(3), internal_force=lambda u: 50.0 * (B @ u) * B, tangent=lambda u: 50.0 * np.outer(B, B), **given
+    )
+    runs = [ss.march(one, "bathe", dt=0.05, t_end=2.0, account=False) for one in (linear, nonlinear)]
+    for r in runs:
+        assert r.status == "completed"
+        assert abs(r.gaps["rod"]).max() < 1e-15 * unit**2
+    assert np.allclose(runs[0].u, runs[1].u, rtol=0.0, atol=1e-12 * unit)
+
+
 def test_wrong_constraints_are_refused() -> None:
     for given, expected in (
         ({"rod": 3.0}, "a name with a function of the displacements, got float"),

@@ -86,6 +86,8 @@ class Structure(Model):
         >>> print(f"{ss.march(shaken, 'bathe', dt=0.01, t_end=1.0).u[-1, 0]:.4f}")
         0.0711
         """
+        if isinstance(self.contacts, Held):
+            require_no_contacts(self, "supports that move", "declare the supports as masses that a load moves")
         if (acceleration is None) == (displacement is None):
             raise ValueError("expected acceleration or displacement of the supports, one of the two; give one")
         if acceleration is not None and velocity is not None:

@@ -17,7 +17,7 @@ ROUNDING = 1e-12  # of the displacements: corrections within it that no longer s
 
 @dataclass(eq=False)
 class Holding(Pressing):
-    """The constraints of a structure in one balance, as `Pressing` has contacts; `force`: of the last multipliers (n,).
+    """The constraints of a structure in one balance, as `Pressing` has contacts; reaction (n,): that of p.
 
     With the gradients G where the unknown is, multipliers are those with which g vanishes to first order; a few
     solutions more bring g to rounding, since G turns little in a step.
@@ -46,8 +46,8 @@ class Holding(Pressing):
             dz, _ = self.more(X, z, factors, scale)
             z = z + dz
             size, u = abs(c_u) * float(np.abs(dz).max()), self._displacement(X, z)[0]
-            largest = float(np.abs(u).max())
-            if size <= EXACT * largest or (size >= 0.5 * previous and size <= ROUNDING * max(largest, 1e-300)):
+            largest = max(self.contacts.length, float(np.abs(u).max()))
+            if size <= EXACT * largest or (size >= 0.5 * previous and size <= ROUNDING * largest):
                 return z
             if not np.isfinite(size):
                 break
@@ -58,7 +58,7 @@ class Holding(Pressing):
         """Whether g vanishes, but for rounding."""
         u, _ = self._displacement(X, z)
         values, G = self.contacts.at(u)
-        return bool((np.abs(values) <= KEPT * (np.abs(G) @ np.abs(u))).all())
+        return bool((np.abs(values) <= KEPT * (np.abs(G) @ np.maximum(np.abs(u), self.contacts.length))).all())
 
     def more(self, X: Array, z: Array, factors: Solve, scale: float = 1.0) -> tuple[Array, Array]:
         """By how much the unknown (n,), and the residual's known part, change where z is that of the reactions so far.

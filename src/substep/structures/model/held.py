@@ -1,7 +1,7 @@
 """Nonlinear constraints of a structure: d functions g(u) of its displacements that reactions keep at 0."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 
 KEPT = 1e-9  # of a gradient times the displacements, or the velocities: how far a start may be off the constraints
 DEPENDENT = 1e-10  # of the largest singular value of the directions of gradients: with a smaller one they are dependent
-TURNED = 1e-5  # share by which gradients turn along the velocity, to find the rate of g' by central differences
+NEAR = 1e-6  # of the displacements, or 1, to ask for gradients beside the start
+ROUNDED = 1e-13  # of a gradient: a change within it is rounding
+TURNED = 1e-5  # share by which gradients turn along the velocity, to find their rate by central differences
 Given = Callable[[Array], Any]
 
 
@@ -24,13 +26,15 @@ class Held:
     """d constraints g(u) = 0, with multipliers: the force of reactions is -G^T lambda, G = dg/du.
 
     functions: of each constraint, from the displacements (N,) of all degrees of freedom to g, a number or (s,), and G
-    (N,) or (s, N). T (N, n): as in `Model`. names: of each its rows.
+    (N,) or (s, N). T (N, n): as in `Model`. names: of each its rows. length: over which gradients turn, 0 where none
+    does; rounding of g is relative to it where displacements are small.
     """
 
     functions: tuple[Given, ...]
     T: Matrix
     names: Mapping[str, int | slice]
     size: int
+    length: float
     kind = "constraints"
     remembered = True  # the acceleration that a scheme keeps is with that of the reactions
 
@@ -58,9 +62,9 @@ class Held:
         """Those (d,) with which the acceleration keeps g = 0, from u, v (n,) at t: G a = -(dG/dt) v."""
         G = self.at(u)[1]
         free = s.acceleration(t, u, v, memory=memory)
-        return np.linalg.solve(G @ s.solve_mass(G.T), G @ free + self._turning(u, v, G))
+        return np.linalg.solve(G @ s.solve_mass(G.T), G @ free + self._turning(u, v))
 
-    def _turning(self, u: Array, v: Array, G: Array) -> Array:
+    def _turning(self, u: Array, v: Array) -> Array:
         """(dG/dt) v (d,) along u + t v."""
         if not v.any():
             return np.zeros(self.size)
@@ -68,18 +72,16 @@ class Held:
         def change(h: float) -> Array:
             return (self.at(u + h * v)[1] - self.at(u - h * v)[1]) / (2.0 * h)
 
-        h = 1e-6 * max(1.0, float(np.abs(u).max())) / float(np.abs(v).max())
-        rate = np.abs(change(h)).max()
-        if rate == 0.0:
+        if self.length == 0.0:
             return np.zeros(self.size)
-        return change(TURNED * float(np.abs(G).max()) / float(rate)) @ v
+        return change(TURNED * self.length / float(np.abs(v).max())) @ v
 
     def require_kept(self, s: "Model", u: Array, v: Array) -> None:
         """Raises ValueError for a start off the constraints, or that leaves them, and for dependent constraints."""
         values, G = self.at(u)
         lengths = np.linalg.norm(G, axis=1)
         for what, found, of in (("g(u0) = 0", values, u), ("G v0 = 0", G @ v, v)):
-            size = max(1.0 if what.startswith("g") else 0.0, float(np.abs(of).max()))
+            size = max(self.length if of is u else 0.0, float(np.abs(of).max()))
             if (off := np.flatnonzero(np.abs(found) > KEPT * lengths * size)).size:
                 k = int(off[0])
                 raise ValueError(
@@ -118,16 +120,34 @@ def held_of(given: Mapping[Any, Any], T: Matrix, u: Array, names: Sequence[str])
                 f"expected constraint {name!r} as a name with a function of the displacements, got "
                 f"{type(function).__name__}; give such as {{'rod': lambda u: (u @ u - 1.0, 2.0 * u)}}"
             )
-        value, gradient = _asked(name, function, whole)
+        value = _asked(name, function, whole)
         count = value.size
         where[name] = first if value.ndim == 0 else slice(first, first + count)
         functions.append(function)
         first += count
-        _require_gradient(name, function, whole, gradient.reshape(count, -1))
-    return Held(tuple(functions), T, where, first)
+    found = Held(tuple(functions), T, where, first, 0.0)
+    found = replace(found, length=_length(found, u))
+    _require_gradients(found, u)
+    return found
 
 
-def _asked(name: str, function: Given, u: Array) -> tuple[Array, Array]:
+def _length(found: Held, u: Array) -> float:
+    """The longest distance over which the gradient of a constraint turns by as much as it is; 0 where none turns."""
+    direction = _direction(len(u))
+    h = NEAR * max(1.0, float(np.abs(u).max()))
+    (_, plus), (_, minus) = found.at(u + h * direction), found.at(u - h * direction)
+    sizes, turned = np.linalg.norm(plus, axis=1), np.linalg.norm(plus - minus, axis=1)
+    seen = turned > ROUNDED * sizes
+    return float((2.0 * h * sizes[seen] / turned[seen]).max(initial=0.0))
+
+
+def _direction(n: int) -> Array:
+    """A direction (n,) that no constraint is likely to have, of unit length."""
+    found = np.cos(1.0 + np.arange(float(n)))
+    return found / np.linalg.norm(found)
+
+
+def _asked(name: str, function: Given, u: Array) -> Array:
     found = function(u.copy())
     if not isinstance(found, tuple) or len(found) != 2:
         raise ValueError(
@@ -142,18 +162,16 @@ def _asked(name: str, function: Given, u: Array) -> tuple[Array, Array]:
         )
     if not (np.isfinite(value).all() and np.isfinite(gradient).all()):
         raise ValueError(f"expected finite values of constraint '{name}' at the start, got others; correct it there")
-    return value, gradient
+    return value
 
 
-def _require_gradient(name: str, function: Given, u: Array, gradient: Array) -> None:
-    """Raises ValueError where the gradient is not the values' slope along one direction, by central differences."""
-    direction = np.cos(1.0 + np.arange(float(len(u))))
-    h = 1e-6 * max(1.0, float(np.abs(u).max()))
-    plus, minus = (np.atleast_1d(_asked(name, function, u + sign * h * direction)[0]) for sign in (1.0, -1.0))
-    slope, expected = (plus - minus) / (2.0 * h), gradient @ direction
-    allowed = 1e-5 * np.abs(gradient) @ np.abs(direction) + 1e-9 * np.maximum(np.abs(plus), np.abs(minus)) / h
-    if (np.abs(slope - expected) > allowed).any():
+def _require_gradients(found: Held, u: Array) -> None:
+    """Raises ValueError where a gradient is not the values' slope along one direction, by central differences."""
+    direction, h = _direction(len(u)), NEAR * (max(found.length, float(np.abs(u).max())) or 1.0)
+    (plus, _), (minus, _), gradients = found.at(u + h * direction), found.at(u - h * direction), found.at(u)[1]
+    wrong = np.abs((plus - minus) / (2.0 * h) - gradients @ direction) > 1e-5 * np.linalg.norm(gradients, axis=1)
+    if wrong.any():
         raise ValueError(
-            f"expected constraint '{name}' to return the gradient of its value, got one that is not its slope at the "
-            "start; correct it"
+            f"expected constraint '{found.name_of(int(wrong.argmax()))}' to return the gradient of its value, got one "
+            "that is not its slope at the start; correct it"
         )
