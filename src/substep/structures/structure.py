@@ -232,12 +232,17 @@ def structure(
 
 
 def _held(s: Structure, given: Any) -> Held:
-    """The nonlinear constraints of a structure, kept at its start. Raises ValueError with contacts, or u0="static"."""
+    """Its nonlinear constraints, kept at the start. Raises ValueError for contacts, u0="static" or no mass besides."""
     for what, there in (("contacts", s.contacts is not None), ('u0="static"', s.static)):
         if there:
             raise ValueError(f"expected nonlinear constraints without {what}, got both; leave one out")
-    found = held_of(given, s.T, s.u0, s.names)
-    found.require_kept(s, s.u0, s.v0)
+    if len(s.massless):
+        raise ValueError(
+            "expected mass at each degree of freedom of a structure with nonlinear constraints, got none at "
+            f"{s.named(int(s.massless[0]))}; condense it"
+        )
+    found = held_of(given, s.T, s.u0)
+    found.require_kept(s.u0, s.v0)
     return found
 
 

@@ -62,7 +62,7 @@ def own_energy(response: Response, modes: int | None = None) -> OwnEnergy:
 
     >>> own = ss.own_energy(ss.march(ss.scene("linear_oscillator", omega=2.0), "bathe", dt=0.2, t_end=10.0))
     >>> print(f"{own.numerical[-1] / own.energy[0]:.3%}")
-    0.851%
+    0.861%
     """
     from ..derived import facade  # noqa: PLC0415 (SymPy, and all facts)
 

@@ -39,7 +39,7 @@ def begun(run: Run, steps: ConstantSteps | Control, state: State | None) -> tupl
     start, remembered = vectors(s, state), memory_of(s, state)
     if s.contacts is not None:
         if not state.of and isinstance(s.contacts, Held):  # a scheme's own velocities drift off by its error
-            s.contacts.require_kept(s, start[0], start[1])
+            s.contacts.require_kept(start[0], start[1])
         elif not state.of and isinstance(s.contacts, Contacts):
             s.contacts.require_open(start[0])
         run = replace(run, reactions=reactions_of(s, state, start[0], start[1]))

@@ -1,17 +1,13 @@
 """Nonlinear constraints of a structure: d functions g(u) of its displacements that reactions keep at 0."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ...core.arrays import Array
 from ..solvers.matrices import Matrix
-
-if TYPE_CHECKING:
-    from .memory import Memory
-    from .model import Model
 
 KEPT = 1e-9  # of a gradient times the displacements, or the velocities: how far a start may be off the constraints
 DEPENDENT = 1e-10  # of the largest singular value of the directions of gradients: with a smaller one they are dependent
@@ -58,11 +54,13 @@ class Held:
         """Values (m, d) of all constraints by name: (m,), or (m, s) of one of several values."""
         return {name: values[:, where] for name, where in self.names.items()}
 
-    def multipliers(self, s: "Model", t: float, u: Array, v: Array, memory: "Memory | None" = None) -> Array:
-        """Those (d,) with which the acceleration keeps g = 0, from u, v (n,) at t: G a = -(dG/dt) v."""
+    def multipliers(self, u: Array, v: Array, free: Array, solve_mass: Callable[[Array], Array]) -> Array:
+        """Those (d,) with which the acceleration keeps g = 0 at u, v (n,), which without them is `free`.
+
+        They follow from G a = -(dG/dt) v. solve_mass: M^-1 times vectors (n, d).
+        """
         G = self.at(u)[1]
-        free = s.acceleration(t, u, v, memory=memory)
-        return np.linalg.solve(G @ s.solve_mass(G.T), G @ free + self._turning(u, v))
+        return np.linalg.solve(G @ solve_mass(G.T), G @ free + self._turning(u, v))
 
     def _turning(self, u: Array, v: Array) -> Array:
         """(dG/dt) v (d,) along u + t v."""
@@ -76,7 +74,7 @@ class Held:
             return np.zeros(self.size)
         return change(TURNED * self.length / float(np.abs(v).max())) @ v
 
-    def require_kept(self, s: "Model", u: Array, v: Array) -> None:
+    def require_kept(self, u: Array, v: Array) -> None:
         """Raises ValueError for a start off the constraints, or that leaves them, and for dependent constraints."""
         values, G = self.at(u)
         lengths = np.linalg.norm(G, axis=1)
@@ -88,11 +86,6 @@ class Held:
                     f"expected a start with {what} of constraint '{self.name_of(k)}', got {found[k]:.3g}; give u0 and "
                     "v0 that keep it"
                 )
-        if len(s.massless):
-            raise ValueError(
-                "expected mass at each degree of freedom of a structure with nonlinear constraints, got none at "
-                f"{s.named(int(s.massless[0]))}; condense it"
-            )
         for k in range(self.size):
             values = np.linalg.svd(G[: k + 1] / np.maximum(lengths[: k + 1, None], 1e-300), compute_uv=False)
             if len(values) <= k or values[-1] <= DEPENDENT * values[0]:
@@ -107,8 +100,8 @@ class Held:
         return next(name for name, where in self.names.items() if k in np.atleast_1d(places[where]))
 
 
-def held_of(given: Mapping[Any, Any], T: Matrix, u: Array, names: Sequence[str]) -> Held:
-    """Constraints from what `structure` takes; u (n,): where a structure starts, T, names: of a `Model`.
+def held_of(given: Mapping[Any, Any], T: Matrix, u: Array) -> Held:
+    """Constraints from what `structure` takes; u (n,): where a structure starts, T: of a `Model`.
 
     Raises ValueError for names and functions that are none, for values or gradients of other shapes or not finite, and
     for a gradient that is not that of the values.

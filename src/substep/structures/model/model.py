@@ -267,7 +267,7 @@ class Model:
         t, u, v, memory = at
         a, contacts = self.acceleration(t, u, v, memory=memory), self.contacts
         if isinstance(contacts, Held):
-            return a + self.pushed_by(contacts.multipliers(self, t, u, v, memory), u)
+            return a + self.pushed_by(contacts.multipliers(u, v, a, self.solve_mass), u)
         return a if contacts is None or reactions is None or not contacts.remembered else a + self.pushed @ reactions
 
     def at_rest(self, t: float, u: Array, v: Array, memory: Memory | None = None) -> Array:
@@ -277,7 +277,7 @@ class Model:
         massless degrees of freedom bear.
         """
         if isinstance(self.contacts, Held):
-            return self.contacts.multipliers(self, t, u, v, memory)
+            return self.contacts.multipliers(u, v, self.acceleration(t, u, v, memory=memory), self.solve_mass)
         assert self.contacts is not None
         if not self.contacts.remembered:
             return np.zeros(self.contacts.size)
