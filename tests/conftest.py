@@ -99,10 +99,10 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     pytest-xdist gives each worker a piece of the list, and each piece begins with its share of the long tests: else one
     worker would run these, and another nearly all the others, with the memory that they take.
 
-    The gate runs a test over the catalogue's schemes for one scheme of each kind, another test for others, so that
-    every scheme meets many tests; a test marked `every_scheme` it runs for all. A test marked `pairs` it runs for every
-    scheme, on one scene: see `plain_kernels.gate_pairs`. Of one marked `matrix`, whose many cases take long, it runs
-    every sixth case; one marked `thorough` it leaves to `make verify`.
+    The gate runs a test over the catalogue's schemes for one scheme of every other kind, another test for others, so
+    that every scheme meets many tests; a test marked `every_scheme` it runs for all. A test marked `pairs` it runs for
+    every scheme, on one scene: see `plain_kernels.gate_pairs`. Of one marked `matrix`, whose many cases take long, it
+    runs every sixth case; one marked `thorough` it leaves to `make verify`.
 
     `make verify` draws up to `DRAWN` cases of each test, others every time; a file run alone runs them all.
     """
@@ -157,16 +157,18 @@ def _schemes(item: pytest.Item) -> list[str]:
 
 
 def in_gate(function: str, named: Sequence[str], kinds: Mapping[str, object]) -> bool:
-    """Whether the gate runs the test for what its parameters name: one scheme of each kind, or anything else.
+    """Whether the gate runs the test for what its parameters name: one scheme of every other kind, or anything else.
 
-    kinds: of each scheme; which one stands for its kind follows from the test's name. Those that are `DEAR` do so in
-    few tests, besides those that run for every scheme.
+    kinds: of each scheme; which kinds, and which scheme stands for its kind, follow from the test's name. Those that
+    are `DEAR` do so in few tests, besides those that run for every scheme.
     """
     schemes = [name for name in named if name in kinds]
     if not schemes:
         return True
     alike = [name for name in kinds if kinds[name] == kinds[schemes[0]]]
-    number = zlib.crc32(function.encode())
+    number, every = zlib.crc32(function.encode()), list(dict.fromkeys(kinds.values()))
+    if (number // 2**16 + every.index(kinds[schemes[0]])) % 2:
+        return False
     chosen = alike[number % len(alike)]
     if chosen in DEAR and number // len(alike) % 8:
         others = [name for name in alike if name not in DEAR]

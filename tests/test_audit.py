@@ -129,6 +129,7 @@ def test_another_nonlinear_form_of_the_claimed_scheme_is_named_and_not_accused()
     assert "nonlinear  not hht_alpha(" in report.text
 
 
+@pytest.mark.thorough
 def test_a_force_that_is_taken_in_no_declared_way_is_told_and_all_names_are_kept():
     """The average acceleration method with one iteration of Newton's from the tangent at t_n."""
     steps = trapezoidal_load(0, 0, 1)

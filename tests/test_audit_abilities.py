@@ -113,6 +113,7 @@ def leapfrog(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, l
     return u, v, None
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("wrong", [False, True])
 def test_velocities_at_half_steps_are_compared_by_the_means_of_neighbours(wrong):
     """Declared as such, they are no deviation, and neither are others, of which it is told that they are not found."""

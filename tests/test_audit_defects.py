@@ -120,6 +120,7 @@ def test_a_start_of_its_own_hides_neither_scheme_nor_load(alpha_f, old, taken):
     assert (found.text, found.start) == (taken, "own") and found.error < 1e-10
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("late", [0.3, -0.15])
 def test_an_instant_of_the_load_that_is_not_asked_for_is_told_by_a_ramp(late):
     """Of a program that is handed the load otherwise than as a function."""
@@ -150,6 +151,7 @@ def test_weights_at_many_instants_of_a_step_are_told_apart():
     )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("outputs", "sets"), [("uva", ""), ("u", "u")])
 def test_a_late_load_of_a_program_that_starts_from_rest_is_not_blamed_on_the_scheme(outputs, sets):
     """Where v cannot be set, motion from it is superposed under a ramp, which a late load distorts."""
@@ -161,6 +163,7 @@ def test_a_late_load_of_a_program_that_starts_from_rest_is_not_blamed_on_the_sch
     assert cause.text == "the load is that of 1/2 step before: f(t_n + 1/18 h)" and len(cause.consequences) == 2
 
 
+@pytest.mark.thorough
 def test_a_late_load_is_found_where_another_velocity_damps():
     """Of a program that is not asked for the load, and damps by the velocity at t_n."""
     steps, late = damped_by("start", 0, 0, 0.5), 0.3
@@ -181,6 +184,7 @@ def test_nothing_is_said_to_differ_where_all_steps_agree():
     assert other == ", differs in u and v and a from Omega = 0.3 on; its eigenvalues too"
 
 
+@pytest.mark.thorough
 def test_consequences_stand_under_their_cause():
     report = ss.audit(generalized_alpha(*OPTIMAL[::-1], BETA, GAMMA), CHUNG)
     (cause,) = report.deviations
@@ -190,6 +194,7 @@ def test_consequences_stand_under_their_cause():
     assert verdicts["scheme"] == verdicts["order"] == "false"
 
 
+@pytest.mark.thorough
 def test_one_changed_parameter_of_a_scheme_that_has_no_such_parameter_is_the_one_cause():
     """HHT decides beta by alpha; as a case of generalized-alpha it has one."""
     report = ss.audit(generalized_alpha(0, 0.1, 0.275, 0.6), ss.Claims("hht_alpha", parameters={"alpha": -0.1}))
@@ -197,6 +202,7 @@ def test_one_changed_parameter_of_a_scheme_that_has_no_such_parameter_is_the_one
     assert cause.kind == "parameter" and cause.text.startswith("beta is 11/40, not 121/400 as hht_alpha("), cause
 
 
+@pytest.mark.thorough
 def test_orders_are_observed_damped_and_undamped_beside_the_claim():
     """Central differences with the damping force of the step before lose an order where there is damping."""
     report = ss.audit(declared(ss.scheme("central_difference_lagged")), ss.Claims(order=2))
@@ -206,6 +212,7 @@ def test_orders_are_observed_damped_and_undamped_beside_the_claim():
     )
 
 
+@pytest.mark.thorough
 def test_the_critical_Omega_is_measured_beside_that_of_the_scheme():
     """The average acceleration method, unstable at 15 < Omega < 90, where it is not probed otherwise."""
     steps = trapezoidal_load(0, 0, 1)
@@ -266,6 +273,7 @@ def test_outputs_that_stand_elsewhere_are_told_and_the_scheme_is_not_accused(kin
     assert (cause.kind, cause.text) == ("output", f"{kind} stands {part} before the end of its step"), report.text
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("claims", [ss.Claims("central_difference", order=2), None])
 def test_a_leapfrog_with_the_acceleration_at_the_ends_is_no_other_scheme(claims):
     """But for the start, symplectic Euler takes the same steps of u, v and a; the late velocities explain the start."""
@@ -284,6 +292,7 @@ def test_a_leapfrog_with_the_acceleration_at_the_ends_is_no_other_scheme(claims)
     assert report.instants == {"v": -0.5} and [cause.kind for cause in report.deviations] == ["output"], report.text
 
 
+@pytest.mark.thorough
 def test_a_first_step_that_is_wrong_is_the_cause_where_u_alone_is_returned():
     """A leapfrog that takes the velocity at t = 0 for that half a step before, as OpenSees does: symplectic Euler."""
 

@@ -75,6 +75,7 @@ def test_declared_digits_are_no_deviation():
     assert not ss.audit(printed(declared(ss.scheme("bathe")), "{:.3e}".format, 3.0), ss.Claims("bathe")).deviations
 
 
+@pytest.mark.thorough
 @pytest.mark.matrix
 @pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize("relative", [1e-6, 1e-4, 1e-3])
@@ -97,6 +98,7 @@ PLANTED = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.matrix
 @pytest.mark.parametrize("defect", PLANTED)
 def test_a_planted_defect_beyond_the_noise_is_the_one_cause(defect):
@@ -132,6 +134,7 @@ def identified(stepper: ss.Stepper) -> Identification:
     return with_all_members(identify(own, own, noise=noise), own, own, noise)
 
 
+@pytest.mark.thorough
 def test_under_noise_all_members_of_the_class_are_named_with_the_values_that_they_have_without_it():
     """And a scheme that agrees within the noise alone, here Silva and Bezerra's, is none of them."""
     hht, trapezoidal = generalized_alpha(0, 0.1, 0.3025, 0.6), generalized_alpha(0, 0, 0.25, 0.5)
@@ -144,6 +147,7 @@ def test_under_noise_all_members_of_the_class_are_named_with_the_values_that_the
         assert not any(match.doubtful for match in quiet)
 
 
+@pytest.mark.thorough
 def test_values_are_written_to_the_digits_that_noise_leaves():
     """Newmark's method, and the schemes of which it is a case."""
     report = ss.audit(printed(ss.Stepper(generalized_alpha(0, 0, 0.2532171828, 0.5)), "{:.6e}".format))

@@ -142,6 +142,7 @@ def test_the_least_work() -> None:
     assert not tolerance_runs.least(tried[:1], scene, "u", 1e-4)
 
 
+@pytest.mark.thorough
 def test_charts_show_chosen_steps_beside_constant_ones(tmp_path: Path) -> None:
     case = cases.FURTHER[0]
     exact = case.reference()

@@ -16,6 +16,7 @@ from substep.cli.commands import app
 runner = CliRunner()
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("uncompiled", "plain_marches")
 def test_choose_recommends_and_draws_why(tmp_path: Path) -> None:
     """On plain Python kernels; what compiled ones find is the same, which test_kernels and test_adaptive_sweep hold."""

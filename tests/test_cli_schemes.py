@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from substep.cli.commands import app
 
 VERIFY = bool(os.environ.get("SUBSTEP_VERIFY"))
-# a command line for a scheme, {} its name; those that the gate runs for every scheme first, as they derive little
+# a command line for a scheme, {} its name; those that derive little first
 CHEAP = {"certify": "certify {}"}
 DEAR = {
     "emit": "emit {} --language python",
@@ -50,7 +50,6 @@ def test_no_command_is_left_out() -> None:
     assert CHEAP.keys() | DEAR.keys() <= taking | {"chart"}
 
 
-@pytest.mark.every_scheme
 @pytest.mark.usefixtures("plain_functions", "uncompiled")
 @pytest.mark.parametrize(("command", "name"), RUNS)
 def test_a_command_ends_with_a_result_or_a_reason(

@@ -111,6 +111,7 @@ def test_lanes_that_do_not_fit_on_the_device_go_in_parts(monkeypatch: pytest.Mon
         list(device._parts(0, 25, each=100.0, common=0.0))
 
 
+@pytest.mark.thorough
 def test_fewer_workers_give_the_same() -> None:
     found = [sweep("duffing", "bathe", u0=np.linspace(0.1, 1.0, 200), workers=k)("cpu") for k in (1, None)]
     assert found[0].equals(found[1])

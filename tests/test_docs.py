@@ -25,7 +25,16 @@ from substep.core.schemes import scheme_info
 ROOT = Path(__file__).parents[1]
 # whose runs take longer in plain Python than it takes to compile what all schemes share
 COMPILED = ("spectra",)
-LONG = ("adding_a_scene", "large_sweeps", "structures", "sweeps")  # pages whose blocks take long: left to `make verify`
+LONG = (
+    "adding_a_scene",
+    "auditing",
+    "constraints",
+    "large_sweeps",
+    "laws",
+    "questions",
+    "structures",
+    "sweeps",
+)  # pages whose blocks take long: left to `make verify`
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 NOT_RUN = (  # beginnings of commands that the pages show and that are parsed only
     "substep reproduce",  # draws everything, which takes minutes; test_cli draws less
@@ -156,6 +165,7 @@ def files_that_pages_name(folder: Path) -> None:
     (folder / "my_schemes.py").write_text(declared, encoding="utf-8")
 
 
+@pytest.mark.thorough
 def test_commands_run(tmp_path: Path) -> None:
     """Lines of shell blocks, all but `NOT_RUN`, in one process; the kernels that they call are compiled ahead."""
     shown = [x for page in PAGES for _, block in blocks(page, "sh", "bash") for x in block.splitlines()]

@@ -226,6 +226,7 @@ def test_settled_energy_change_turns_at_the_derived_split() -> None:
     assert change[3] / change[2] == pytest.approx(2, rel=0.1)
 
 
+@pytest.mark.thorough
 def test_battery(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(failures, "CASES", table.CASES[1:2])
     monkeypatch.setattr(failures, "ITEMS", (maps.trapezoidal_rule,))

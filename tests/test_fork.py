@@ -90,6 +90,7 @@ def test_a_structure_goes_on_to_the_bit(scheme: str, model: str, t: float, tmp_p
     require_rest_of(whole("structure", model, scheme), then, t)
 
 
+@pytest.mark.thorough
 @settings(max_examples=12)
 @given(st.data())
 def test_it_may_be_broken_anywhere_and_often(data: Any) -> None:

@@ -58,7 +58,7 @@ def marched(scheme: Scheme, values: dict[str, Any], frame: ss.Structure, dt: flo
 
 @given(declarations(longest=2), st.sampled_from(list(QUOTIENTS)), st.sampled_from(list(DAMPINGS)))
 @settings(
-    max_examples=25 if os.environ.get("SUBSTEP_VERIFY") else 8, deadline=None, suppress_health_check=list(HealthCheck)
+    max_examples=25 if os.environ.get("SUBSTEP_VERIFY") else 4, deadline=None, suppress_health_check=list(HealthCheck)
 )
 def test_fuzzed_plans_step_as_they_were_declared(declared: Any, quotient: str, damping: str) -> None:
     scheme, values = declared

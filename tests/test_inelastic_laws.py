@@ -66,6 +66,7 @@ def test_plain_stepping_finds_the_same(law: str) -> None:
                 assert float(at.hysteretic_energy) == pytest.approx(lost(T, strength, u[:n], kept), rel=1e-3)
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("plainly")
 def test_strengths_of_a_ductility_and_a_huge_one() -> None:
     """With a strength that is never reached all laws are the linear spring."""

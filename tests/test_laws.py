@@ -228,6 +228,7 @@ def test_a_sweep_over_strengths_and_frequencies(keep: str) -> None:
                 assert at[name].values.ravel() == pytest.approx(np.ravel(x), abs=1e-12)
 
 
+@pytest.mark.thorough
 @pytest.mark.every_scheme
 @pytest.mark.parametrize("scheme", ["bathe"])
 def test_compiled_kernels_are_the_plain_ones(scheme: str, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -88,7 +88,7 @@ def test_dampings_of_many_structures_and_scales_of_linear_ones() -> None:
     assert np.allclose(found.u[0, 0, 0, 0], 0.5 * r.u[-1], rtol=0, atol=1e-13)
 
 
-@pytest.mark.parametrize("points", [2, 7])
+@pytest.mark.parametrize("points", [2, pytest.param(7, marks=pytest.mark.thorough)])
 def test_how_points_ended(points: int, apart: list[Any]) -> None:
     """A structure that overflows beside others that do not, in one chunk, one after another and side by side."""
     factors = np.array([1.0, 1e8, 1.1, 1.2, 0.9, 1e8, 0.8])[:points]

@@ -7,6 +7,7 @@ import pytest
 from declared import BY_NAME, NAMES, random_parameters
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from test_constraints import VERIFY
 from test_energy import WITHOUT
 
 import substep as ss
@@ -47,7 +48,7 @@ def test_it_closes_for_every_scheme(name: str) -> None:
     assert own.energy.mean() == pytest.approx(mechanical.mean(), rel=0.15)
 
 
-@settings(max_examples=60)
+@settings(max_examples=60 if VERIFY else 10)
 @given(st.sampled_from(["newmark", "newmark_bdf2", "generalized_alpha", "collocation", "gssss_v0"]), st.data())
 def test_it_closes_at_any_parameters_and_loads(name: str, data: st.DataObject) -> None:
     rng = np.random.default_rng(data.draw(st.integers(0, 10**6)))

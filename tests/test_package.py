@@ -360,16 +360,18 @@ def test_no_scheme_has_a_branch_of_its_own() -> None:
 
 
 def test_the_gate_leaves_no_scheme_and_no_test_out() -> None:
-    """Each test meets one scheme of each kind, each scheme some tests; what names no scheme is always run."""
+    """Each test meets one scheme of every other kind, each scheme some tests; what names no scheme is always run."""
     from conftest import in_gate
     from declared import NAMES
     from plain_kernels import kinds
 
     assert tuple(kinds()) == NAMES
-    functions = [f"tests/test_{k}.py::test_{k}" for k in range(400)]
+    functions = [f"tests/test_{k}.py::test_{k}" for k in range(2000)]
+    every = list(dict.fromkeys(kinds().values()))
     for function in functions:
         run = [name for name in NAMES if in_gate(function, [name, "elastic_pendulum"], kinds())]
-        assert sorted(kinds()[name] for name in run) == sorted(set(kinds().values()))
+        found = sorted(every.index(kinds()[name]) for name in run)
+        assert found in ([*range(0, len(every), 2)], [*range(1, len(every), 2)])
         assert in_gate(function, ["elastic_pendulum"], kinds())
     assert all(any(in_gate(function, [name], kinds()) for function in functions) for name in NAMES)
 

@@ -187,6 +187,7 @@ def test_every_scheme_is_of_one_kind() -> None:
     assert "newmark_bdf2" in found["sub-steps"]
 
 
+@pytest.mark.thorough
 def test_charts_show_failures_and_write_every_number(tmp_path: Path) -> None:
     case = cases.CASES[0]
     found = case.reference()
@@ -303,6 +304,7 @@ def test_turning_points_are_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert {p.method for p in found if p.kind == "general solver"} == {"scipy DOP853"}
 
 
+@pytest.mark.thorough
 def test_what_was_measured_can_be_drawn_by_another_process(tmp_path: Path) -> None:
     for case in (*cases.CASES, *cases.FURTHER):
         assert pickle.loads(pickle.dumps(case)).make().parameters == case.make().parameters

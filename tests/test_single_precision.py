@@ -110,6 +110,7 @@ def test_peaks_of_a_long_record_are_exact_to_the_error_that_is_reported() -> Non
     assert ds.attrs["float32_compared"] == 4
 
 
+@pytest.mark.thorough
 def test_increments_keep_the_digits_of_small_steps() -> None:
     """One radian in 20000 steps: a map that is rounded as a whole keeps two digits."""
     h, n = 5e-5, 20000

@@ -142,6 +142,7 @@ def test_a_scheme_page_holds_closed_forms_and_the_proof(tmp_path: Path, monkeypa
     assert (tmp_path / "newmark.svg").exists()
 
 
+@pytest.mark.thorough
 def test_the_map_of_families_has_lines_that_do_not_follow_from_others(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -48,6 +48,7 @@ def measured(coupled: bool, r: Any, steps: int) -> float:
     return float(np.abs(r.u[:: (len(r.u) - 1) // steps, r.dofs.index("roof")] - true).max() / np.abs(true).max())
 
 
+@pytest.mark.thorough
 @pytest.mark.matrix
 @pytest.mark.parametrize("coupled", [False, True], ids=["classical", "coupled"])
 @pytest.mark.parametrize("model", ["any", "direct"])

@@ -89,6 +89,7 @@ def test_what_a_refusal_says_can_be_done(name: str) -> None:
         assert cure().status == "completed"
 
 
+@pytest.mark.thorough
 def test_what_a_refusal_of_modes_and_of_a_sweep_says_can_be_done() -> None:
     damped = ss.structure(M, K, C=C, u0=[1.0, 0.0])
     for call in (
