@@ -17,8 +17,25 @@ INSIDE = 1e-10  # of a gap's parts, by which it may be negative at the start
 DEPENDENT = 1e-12  # of the largest singular value of the rows' directions: with a smaller one they are dependent
 
 
+class Named:
+    """Reactions with names, one or several of each."""
+
+    names: Mapping[str, int | slice]
+
+    def by_name(self, values: Array) -> dict[str, Array]:
+        """Values (m, d) of all by name: (m,), or (m, s) of one of several rows."""
+        return {name: values[:, where] for name, where in self.names.items()}
+
+    def name_of(self, k: int) -> str:
+        """The name of the k-th."""
+        places = (
+            (name, range(x, x + 1) if isinstance(x, int) else range(x.start, x.stop)) for name, x in self.names.items()
+        )
+        return next(name for name, x in places if k in x)
+
+
 @dataclass(frozen=True, eq=False)
-class Contacts:
+class Contacts(Named):
     """d gaps g0 + B u, of u (n,) in the free degrees of freedom.
 
     columns (m,): the degrees of freedom that B touches; rows (d, m): B there. restitution (d,): the share of the
@@ -60,10 +77,6 @@ class Contacts:
         found[self.columns] = self.rows.T
         return found
 
-    def by_name(self, values: Array) -> dict[str, Array]:
-        """Values (m, d) of all gaps by contact: (m,), or (m, s) of one of several rows."""
-        return {name: values[:, where] for name, where in self.names.items()}
-
     def require_open(self, u: Array) -> None:
         """Raises ValueError where a gap is negative at the start u (n,)."""
         found = self.gaps(u)
@@ -74,11 +87,6 @@ class Contacts:
                 f"expected a start with gaps of 0 or more, got {found[k]:.3g} of contact '{self.name_of(k)}'; start "
                 "outside, or correct its gap"
             )
-
-    def name_of(self, k: int) -> str:
-        """Of a gap by its number the name of the contact."""
-        places = np.arange(self.size)
-        return next(name for name, where in self.names.items() if k in np.atleast_1d(places[where]))
 
 
 def contacts_of(given: Any, restitution: Any, T: Matrix, names: Sequence[str], *, remembered: bool) -> Contacts | None:

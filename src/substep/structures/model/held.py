@@ -8,6 +8,7 @@ import numpy as np
 
 from ...core.arrays import Array
 from ..solvers.matrices import Matrix
+from .contacts import Named
 
 KEPT = 1e-9  # of a gradient times the displacements, or the velocities: how far a start may be off the constraints
 DEPENDENT = 1e-10  # of the largest singular value of the directions of gradients: with a smaller one they are dependent
@@ -18,7 +19,7 @@ Given = Callable[[Array], Any]
 
 
 @dataclass(frozen=True, eq=False)
-class Held:
+class Held(Named):
     """d constraints g(u) = 0, with multipliers: the force of reactions is -G^T lambda, G = dg/du.
 
     functions: of each constraint, from the displacements (N,) of all degrees of freedom to g, a number or (s,), and G
@@ -49,10 +50,6 @@ class Held:
     def forces(self, u: Array, multipliers: Array) -> Array:
         """The force (n,) of multipliers (d,) at u (n,)."""
         return -multipliers @ self.at(u)[1]
-
-    def by_name(self, values: Array) -> dict[str, Array]:
-        """Values (m, d) of all constraints by name: (m,), or (m, s) of one of several values."""
-        return {name: values[:, where] for name, where in self.names.items()}
 
     def multipliers(self, u: Array, v: Array, free: Array, solve_mass: Callable[[Array], Array]) -> Array:
         """Those (d,) with which the acceleration keeps g = 0 at u, v (n,), which without them is `free`.
@@ -93,11 +90,6 @@ class Held:
                     f"expected independent constraints, got '{self.name_of(k)}' whose gradient at the start follows "
                     "from those before it, or is 0; leave it out"
                 )
-
-    def name_of(self, k: int) -> str:
-        """Of a value by its number the name of the constraint."""
-        places = np.arange(self.size)
-        return next(name for name, where in self.names.items() if k in np.atleast_1d(places[where]))
 
 
 def held_of(given: Mapping[Any, Any], T: Matrix, u: Array) -> Held:
