@@ -54,7 +54,17 @@ def test_it_says_how_many_runs_have_completed_and_where_axes_go() -> None:
     assert "besides: omega = 1, t = 1 s" in repr(one)
 
 
-def test_a_file_and_a_folder_print_alike(tmp_path: Path) -> None:
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_file_and_a_folder_print_alike(turned: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In whatever order a folder lists its arrays."""
+    opened = xr.open_zarr
+
+    def listed(*given: Any, **options: Any) -> xr.Dataset:
+        found = opened(*given, **options)
+        kept, coords = (dict(sorted(x.items(), reverse=turned)) for x in (found.data_vars, found.coords))
+        return xr.Dataset({name: x.variable for name, x in kept.items()}, coords, found.attrs)
+
+    monkeypatch.setattr(xr, "open_zarr", listed)
     r = ss.march("duffing", "bathe", dt=0.1, t_end=1.0)
     r.save(tmp_path / "r.nc")
     assert repr(ss.load(tmp_path / "r.nc")) == repr(r.to_xarray())

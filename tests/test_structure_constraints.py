@@ -8,7 +8,6 @@ from scipy import sparse
 from substep_derive import Scene, rate
 from sympy import Rational, Symbol
 from test_constraints import AT_THE_MEAN, EXPLICIT, ONE_OF_EACH, TAKEN, TOGETHER, VERIFY
-from test_structure_contacts import always
 
 import substep as ss
 
@@ -32,7 +31,7 @@ def second(u: Array) -> tuple[float, Array]:
 def double(**more: Any) -> ss.Structure:
     """The scene rod_double_pendulum as a structure."""
     given = {"u0": [1.0, 0.0, 2.0, 0.0], "constraints": {"rod1": rod, "rod2": second}} | more
-    return ss.structure(np.eye(4), np.zeros((4, 4)), load=({1: -G, 3: -G}, always), **given)
+    return ss.structure(np.eye(4), np.zeros((4, 4)), load=({1: -G, 3: -G}, np.ones_like), **given)
 
 
 def same(scene: Any, structure: ss.Structure, name: str, names: tuple[str, ...], dt: float, t_end: float) -> None:
@@ -71,7 +70,7 @@ def test_beside_stiffness_damping_and_an_internal_force(name: str, hardening: in
         "u0": [0.0, 1.0, 0.5],
         "v0": [2.0, 0.0, 0.0],
         "constraints": {"rod": rod},
-        "load": ({2: 3.0}, always),
+        "load": ({2: 3.0}, np.ones_like),
     }
     if not hardening:
         structure = ss.structure(sparse.csr_array(M), sparse.csr_array(K), C=C, **start)
@@ -98,7 +97,7 @@ def test_several_rows_springs_with_a_memory_and_fixed_supports() -> None:
     steel = ss.law("bilinear", k=50.0, q_y=2.0, alpha=0.1)
     b = ss.structure(
         np.eye(6), springs=[({0: -1.0, 4: 1.0}, steel)], fixed=[0, 1], constraints={"rods": rods},
-        load=({3: -G, 5: -G}, always), u0=[0, 0, 1, 0, 2, 0],
+        load=({3: -G, 5: -G}, np.ones_like), u0=[0, 0, 1, 0, 2, 0],
     )  # fmt: skip
     r = ss.march(b, "generalized_alpha", dt=0.005, t_end=1.0)
     assert r.status == "completed"
@@ -124,7 +123,7 @@ def test_the_multiplier_is_of_the_second_order_for_one_balance() -> None:
     errors = []
     for n in (200, 400):
         b = ss.structure(
-            np.eye(2), np.zeros((2, 2)), load=({1: -G}, always), constraints={"rod": rod},
+            np.eye(2), np.zeros((2, 2)), load=({1: -G}, np.ones_like), constraints={"rod": rod},
             u0=np.array(start["u0"]) / np.hypot(*start["u0"]), v0=start["v0"],
         )  # fmt: skip
         r = ss.march(b, "generalized_alpha", dt=0.7 / n, t_end=0.7, account=False)

@@ -22,19 +22,12 @@ Array = np.ndarray
 BOUNCING = ("average_acceleration", "generalized_alpha", "central_difference")  # with restitution
 x, y = Symbol("x"), Symbol("y")
 G, K, B = 10.0, 1000.0, 0.5
-
-
-def always(t: Array) -> Array:
-    """A load that was there before t = 0, where some schemes take it in their first step."""
-    return 1.0 + 0.0 * t
-
-
 PAIR = np.array([[1.0, -1.0], [-1.0, 1.0]])
 
 
 def falling(**more: Any) -> ss.Structure:
-    """The scene two_masses_on_floor as a structure."""
-    load = () if "fixed" in more else ([-G - K * B, -G + K * B], always)
+    """The scene two_masses_on_floor as a structure; its load was there before t = 0, where some schemes take it."""
+    load = () if "fixed" in more else ([-G - K * B, -G + K * B], np.ones_like)
     more = {"u0": [0.5, 0.5 + B], "v0": -1.0, "contacts": {"floor": ({0: 1.0}, 0.0)}} | more
     return ss.structure(np.eye(2), more.pop("K", K * PAIR), load=load, **more)
 
@@ -83,7 +76,7 @@ def test_a_structure_is_the_scene_with_restitution_too(name: str) -> None:
     )  # fmt: skip
     rows = {"floor": ({0: 1.0}, 0.0), "roof": ({1: -1.0}, 2.0), "bodies": ({0: -1.0, 1: 1.0}, -B / 2)}
     structure = ss.structure(
-        np.diag([1.0, 3.0]), 40 * PAIR, load=([-40 * B, 40 * B], always), u0=[0.5, 1.2], v0=[-3.0, 4.0],
+        np.diag([1.0, 3.0]), 40 * PAIR, load=([-40 * B, 40 * B], np.ones_like), u0=[0.5, 1.2], v0=[-3.0, 4.0],
         contacts=rows, restitution=shares,
     )  # fmt: skip
     same(ss.scene(scene), structure, name, tuple(rows), 0.01, 1.5)
@@ -155,7 +148,7 @@ def test_two_cantilevers_that_touch() -> None:
         rows[k, node], rows[k, n + node] = 1.0, -1.0  # the first is the upper one
     gaps, P, h, steps = np.array([0.01, 0.02, 0.02]), np.zeros(2 * n), 0.004, 500
     P[4] = -1.0
-    s = ss.structure(M, S, load=(P, always), contacts={"bodies": (rows, gaps)})
+    s = ss.structure(M, S, load=(P, np.ones_like), contacts={"bodies": (rows, gaps)})
     r = ss.march(s, "average_acceleration", dt=h, t_end=steps * h)
     A, push, touching = np.linalg.inv(M + h**2 / 4 * S), np.linalg.solve(M, rows.T), 0
     for k in range(steps):  # each from where the march is, since impacts multiply rounding

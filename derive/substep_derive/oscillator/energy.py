@@ -28,6 +28,7 @@ from sympy import (
     gcd,
     im,
     lambdify,
+    re,
     zeros,
 )
 
@@ -40,7 +41,7 @@ from .spectrum import live
 
 spurious = Symbol("lambda_s")
 CUBIC = 3
-DIGITS = 60
+DIGITS = 60  # in which P and its changes are computed, since they cancel at small Omega
 
 
 class NoEnergy(DeclarationError):
@@ -177,12 +178,10 @@ class Energy:
         """Of `third` at xi = 0, Omega and the parameters: 0 without one."""
         if self.third == 0:
             return Integer(0)
-        values = lambdify((Omega, *self._others), Poly(self.third.subs(xi, 0), spurious).all_coeffs(), "sympy")(
-            *numbers
-        )
-        return min(Poly(values, spurious).nroots(DIGITS, maxsteps=200), key=lambda root: abs(im(root))).as_real_imag()[
-            0
-        ]
+        coefficients = Poly(self.third.subs(xi, 0), spurious).all_coeffs()
+        values = lambdify((Omega, *self._others), coefficients, "sympy")(*numbers)
+        roots = Poly(values, spurious).nroots(DIGITS, maxsteps=200)
+        return re(min(roots, key=lambda root: abs(im(root))))
 
     @property
     def _others(self) -> tuple[Symbol, ...]:

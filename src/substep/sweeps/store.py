@@ -30,6 +30,7 @@ class Store:
             _create(path, plan, template, piece)
         self.group: Any = zarr.open_group(path, mode="r+")
         self.piece: tuple[int, ...] = tuple(self.group.attrs["chunk"]) if plan.dims else ()
+        self.coords = [*template.coords]
         self.targets: dict[str, Any] = {name: self.group[name] for name in plan.variables}
 
     def is_done(self, chunk: Chunk) -> bool:
@@ -48,8 +49,9 @@ class Store:
 
         found = xarray.open_zarr(self.path, chunks=None, consolidated=False)
         del found.attrs["chunk"]
-        found = found[list(self.targets)]
-        return ResultDataset(found.data_vars, found.coords, found.attrs)
+        # as asked, since a folder lists its arrays in any order; as variables, which bring no coordinates of their own
+        kept, coords = ({name: found.variables[name] for name in names} for names in (self.targets, self.coords))
+        return ResultDataset(kept, coords, found.attrs)
 
     def _check(self, template: "xarray.Dataset", axes: tuple[str, ...]) -> None:
         import xarray  # noqa: PLC0415 (on first use)

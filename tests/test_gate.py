@@ -1,0 +1,39 @@
+"""Which cases `make test` and `make verify` run: see tests/conftest.py."""
+
+from pathlib import Path
+
+import pytest
+from conftest import DRAWN, draw, in_gate
+from declared import NAMES
+from plain_kernels import kinds
+
+ROOT = Path(__file__).parents[1]
+
+
+def test_the_gate_leaves_no_scheme_and_no_test_out() -> None:
+    """Each test meets one scheme of every other kind, each scheme some tests; what names no scheme is always run."""
+    assert tuple(kinds()) == NAMES
+    functions = [f"tests/test_{k}.py::test_{k}" for k in range(2000)]
+    every = list(dict.fromkeys(kinds().values()))
+    for function in functions:
+        run = [name for name in NAMES if in_gate(function, [name, "elastic_pendulum"], kinds())]
+        found = sorted(every.index(kinds()[name]) for name in run)
+        assert found in ([*range(0, len(every), 2)], [*range(1, len(every), 2)])
+        assert in_gate(function, ["elastic_pendulum"], kinds())
+    assert all(any(in_gate(function, [name], kinds()) for function in functions) for name in NAMES)
+
+
+def test_verify_draws_cases_of_every_test_and_in_time_all_of_them() -> None:
+    """A draw is repeated by its seed, and leaves no test out; other seeds draw other cases."""
+    cases = [f"tests/test_a.py::test_many[{k}]" for k in range(100)] + ["tests/test_a.py::test_once"]
+    first = draw(cases, "1")
+    assert first == draw(cases, "1")
+    assert len(first) == DRAWN + 1
+    assert "tests/test_a.py::test_once" in first
+    assert set().union(*(draw(cases, str(seed)) for seed in range(60))) == set(cases)
+
+
+@pytest.mark.parametrize("page", ["CONTRIBUTING.md", "docs/commands.md"])
+def test_pages_say_how_many_cases_are_drawn(page: str) -> None:
+    text = " ".join((ROOT / page).read_text(encoding="utf-8").split())
+    assert f"draws {DRAWN} cases of each test" in text
