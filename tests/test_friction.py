@@ -122,6 +122,22 @@ def test_branches_are_found_in_any_unit_of_mass(mass: float) -> None:
 
 
 @pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("h", [1e-2, 1e-5, 1e-6, 1e-8, 1e-10])
+def test_branches_are_found_in_steps_of_any_length(h: float) -> None:
+    """In a short step a wrong branch moves u by less than Newton's tolerance, and the velocity of each step by more."""
+    pulled = {"u": [0.5], "v": [0.0]}  # by 0.5 N, of which friction holds 0.1
+    one = ss.march("friction_oscillator", "average_acceleration", dt=h, t_end=h, start=pulled)
+    assert one.v[-1, 0] / h == pytest.approx(-0.4, rel=1e-3)
+    assert one.memory["pad"][-1] == pytest.approx(-0.1, rel=1e-12)
+    rocking = ss.march("rocking_block", "average_acceleration", dt=h, t_end=h)
+    assert rocking.v[-1, 2] / h == pytest.approx(-1.031210, rel=1e-3)
+    lanes = ss.sweep(
+        "friction_oscillator", "average_acceleration", dt=h, t_end=h, u0=[0.5, 0.05, -0.3], keep="final", progress=False
+    )
+    assert np.allclose(lanes.v.values[:, 0] / h, [-0.4, 0.0, 0.2], rtol=0.0, atol=1e-3)
+
+
+@pytest.mark.usefixtures("uncompiled")
 def test_a_block_that_rocks_keeps_housners_share_of_its_rate_in_each_impact() -> None:
     """Each impact multiplies the rate by 1 - (3/2) sin(alpha)^2, and between impacts the block turns about a corner."""
     found, g, b, c, phi0 = {}, 9.81, 0.25, 1.0, 0.1

@@ -31,6 +31,8 @@ class Clock:
 DT = Clock("forces[{lane}i, {k}]", NEWTON_FAILED)
 TOL = Clock("_load(load, samples, middle, {at})", NOT_CONVERGED)
 
+SETTLING = 12  # iterations in which pressures and frictions have to settle
+
 
 @dataclass(frozen=True)
 class Layout:
@@ -128,7 +130,8 @@ class _Writer:
         self.of_iterations.append(sum(count for _, count in texts) + len(step.z))
         near = local.doprint(Symbol(f"near_{k}"))
         size = len(change) - step.multipliers
-        ends = [*_largest_of(change[:size, :]), *_unsettled(step, change, near, local)]
+        pass_ = f"passes_{k}" if self.layout.each else f"taken_{k}"
+        ends = [*_largest_of(change[:size, :]), *_unsettled(step, change, pass_, local)]
         iteration = "\n".join([*(text for text, _ in texts), placed(ends, depth)])
         failed = {} if self.layout.each else {"failed": placed([self.clock.failed], depth)}
         return fill(self.layout.newton, iteration=iteration, near=near, balance=k, **failed).strip("\n")
@@ -139,16 +142,22 @@ class _Writer:
         return lines(part.assignments, depth, printer), operations(part.assignments)
 
 
-def _unsettled(step: BalanceStep, change: Matrix, near: str, printer: KernelPrinter) -> list[str]:
+def _unsettled(step: BalanceStep, change: Matrix, pass_: str, printer: KernelPrinter) -> list[str]:
     """Lines by which an iteration goes on while a pressure or a friction changes, as where a contact has just opened.
 
-    A change counts where it is more than a thousandth of it, and moves an unknown by more than what is near.
+    A change counts where it is more than a thousandth of it and, of an unknown's row, more than rounding, however short
+    the step is: velocities that wrong branches add would add up. pass_: the number of the iteration, of which the first
+    SETTLING are asked, since branches need not settle where gap and pressure are both rounding.
     """
-    J, first = step.jacobian_names, len(change) - step.bounded
+    J, z, first = step.jacobian_names, [printer.doprint(s) for s in step.z], len(change) - step.bounded
     found = list[str]()
     for p in range(first, len(change)):
-        moves = [f"abs({J[i, p]}*{change[p]}) > {near}*abs({J[i, i]})" for i in range(first) if J[i, p] * J[i, i] != 0]
-        small = f"abs({change[p]}) > 1e-3*abs({printer.doprint(step.z[p])})"
+        moves = list[str]()
+        for i in range(first):
+            if J[i, p] * J[i, i] != 0:
+                row = " + ".join(f"abs({J[i, j]}*{x})" for j, x in enumerate(z) if J[i, j] != 0)
+                moves.append(f"abs({J[i, p]}*{change[p]}) > 1e-10*({row})")
+        small = f"{pass_} < {SETTLING} and abs({change[p]}) > 1e-3*abs({z[p]})"
         found.append(f"largest = 1e300 if {small} and ({' or '.join(moves)}) else largest")
     return found
 
