@@ -148,7 +148,7 @@ def test_a_block_that_rocks_keeps_housners_share_of_its_rate_in_each_impact() ->
         events=lambda _, x: x[0], dense_output=True,
     )  # fmt: skip
     (first,), (before,) = fall.t_events[0], fall.y_events[0][:, 1]
-    for h in (0.004, 0.002):
+    for h in (0.004, 0.001):
         r = ss.march("rocking_block", "average_acceleration", dt=h, t_end=0.6)
         assert r.status == "completed"
         early = r.t < first - h
@@ -159,8 +159,8 @@ def test_a_block_that_rocks_keeps_housners_share_of_its_rate_in_each_impact() ->
         assert left[3 : np.flatnonzero(early)[-1]].all()
         assert np.abs(r.memory["left_drag"]).max() < r.memory["left"].max()
     coarse, fine = found.values()
-    assert fine[0] < 0.6 * coarse[0] < 1.2e-4  # of first order: the block falls freely until its corner meets the floor
-    assert fine[1] < 0.6 * coarse[1] < 0.025
+    assert fine[0] < 0.3 * coarse[0] < 0.6e-4  # of first order: reactions of gaps that bend are so
+    assert fine[1] < 0.5 * coarse[1] < 0.0125
 
 
 @pytest.mark.usefixtures("uncompiled")

@@ -21,7 +21,8 @@ ENDING = [(name, kept) for name, kept in CASES if name not in UNENDING or UNENDI
 
 
 def velocity_of(found: Any, at: float) -> float:
-    """The derived velocity at a phase."""
+    """The derived velocity at a phase, or at the same in the step before, whose last sub-step has met the stop."""
+    at += float(at < float(found.pieces[0].low))
     piece = next(p for p in found.pieces if float(p.low) <= at <= float(p.high))
     return float(piece.velocity.subs(phi, at))
 

@@ -85,9 +85,14 @@ FACTORS = {"PEER": STANDARD_GRAVITY, "ESM": 0.01}
 @given(st.lists(st.floats(-30.0, 30.0), min_size=2, max_size=40))
 @example(VALUES)
 @example([0.0, 0.0, 0.0, 1e-300, -1e-5, 12345.678, 0.0])
+@example([-10.0, 0.0, 0.0, 0.0, 0.0, -5.0, 0.0, 0.0, 0.0, 0.0, 0.0])  # as times in rows of five
 def test_a_record_comes_back_from_every_format(tmp_path_factory: pytest.TempPathFactory, values: list[float]) -> None:
     folder = tmp_path_factory.mktemp("records")
+    steps = np.diff(values[::5])
+    whole_rows_of_times = len(values) % 5 == 0 and len(steps) > 1 and np.allclose(steps, abs(steps[0]))
     for name, (text, alone) in FORMATS.items():
+        if name == "OpenSees" and whole_rows_of_times:  # refused, since it may be five columns
+            continue
         path = write(folder, text(values))
         found = read_record(path, DT if alone else None, unit=None if name in FACTORS else "m/s^2")
         assert np.array_equal(found.samples, FACTORS.get(name, 1.0) * np.array(values)), name

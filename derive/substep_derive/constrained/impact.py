@@ -19,6 +19,7 @@ from ..declare.parameter_set import ParameterSet
 from ..declare.scheme import Scheme
 from ..declare.symbols import kind_of, steps_back, successor
 from ..oscillator.evaluation import Evaluation
+from ..step.times import instants_of
 from .prescribed import StepRows
 
 LONGEST, MOST = 60, 64  # steps that are followed, and pieces that the phases may have
@@ -40,7 +41,8 @@ class Piece:
 class Impact:
     """What a scheme makes of an impact with the velocity 1, without restitution: see `Contact`.
 
-    pieces: of all phases from 0 to 1. least, most: bounds of the velocities. gains: the share of phases that leave with
+    pieces: of all phases, from 0 to 1, or to the end of a sub-step that is beyond 1, where a step meets the stop that
+    begins more than a step before it. least, most: bounds of the velocities. gains: the share of phases that leave with
     more than 1, and so with more energy.
     """
 
@@ -112,6 +114,13 @@ class _Impact:
             expression(least), expression(most), expression(gains),
         )  # fmt: skip
 
+    @cached_property
+    def last(self) -> Any:
+        """The last time at which a step takes the force, in steps: 1, unless a sub-step goes beyond."""
+        instants = instants_of(self.rows.step)
+        found = self._least([-self.rows.number(instants[u]) for u, *_ in self.rows.held])
+        return -self._least([found, -self.one])
+
     def _start(self) -> list[Affine]:
         """The state at t_n of a motion with the velocity -1 that meets the stop at phi."""
         state = list[Affine]()
@@ -126,7 +135,7 @@ class _Impact:
 
         Raises DeclarationError for more pieces than `MOST` or steps than `LONGEST`, where impacts do not end.
         """
-        left, found = [(self.zero, self.one, self._start(), 0, 0)], []
+        left, found = [(self.last - self.one, self.last, self._start(), 0, 0)], []
         while left:
             low, high, state, steps, apart = left.pop(0)
             velocity = self._sum(self.leaving, state)

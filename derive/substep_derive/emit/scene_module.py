@@ -177,6 +177,8 @@ def scene_entry(motion: EquationsOfMotion) -> str:
         entry["contacts"] = literal_tuple(f'"{name}"' for name in scene.contacts)
     if scene.frictions:
         entry["frictions"] = literal_tuple(f'"{name}"' for name in scene.frictions)
+    if held := [name for name, contact in scene.contacts.items() if contact.restitution is None]:
+        entry["held_gaps"] = literal_tuple(f'"{name}"' for name in held)
     if scene.impulsive:
         entry["impulsive"] = "True"
     return "{" + ",\n        ".join(f'"{key}": {value}' for key, value in entry.items()) + "}"

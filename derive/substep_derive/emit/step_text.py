@@ -143,23 +143,25 @@ class _Writer:
 
 
 def _unsettled(step: BalanceStep, change: Matrix, pass_: str, printer: KernelPrinter) -> list[str]:
-    """Lines by which an iteration goes on while a pressure or a friction changes, as where a contact has just opened.
+    """Lines by which an iteration goes on while branches of pressures and frictions may change, however short the step.
 
-    A change counts where it is more than a thousandth of it and, of an unknown's row, more than rounding, however short
-    the step is: velocities that wrong branches add would add up. pass_: the number of the iteration, of which the first
-    SETTLING are asked, since branches need not settle where gap and pressure are both rounding.
+    Corrections that move u by less than Newton's tolerance may be of a wrong branch, whose velocities add up. So one of
+    a reaction counts where it is more than a thousandth of it and, of an unknown's row, more than rounding, and the
+    first one of an unknown where it is more than a thousandth of its row, since branches are those before it. pass_:
+    the number of the iteration, of which the first SETTLING are asked: gap and pressure may both be rounding.
     """
     J, z, first = step.jacobian_names, [printer.doprint(s) for s in step.z], len(change) - step.bounded
-    found = list[str]()
+    if not step.bounded:
+        return []
+    rows = {
+        i: " + ".join(f"abs({J[i, j]}*{x})" for j, x in enumerate(z) if J[i, j] != 0)
+        for i in range(first) if J[i, i] != 0
+    }  # fmt: skip
+    found = [f"{pass_} < 2 and abs({J[i, i]}*{change[i]}) > 1e-3*({row})" for i, row in rows.items()]
     for p in range(first, len(change)):
-        moves = list[str]()
-        for i in range(first):
-            if J[i, p] * J[i, i] != 0:
-                row = " + ".join(f"abs({J[i, j]}*{x})" for j, x in enumerate(z) if J[i, j] != 0)
-                moves.append(f"abs({J[i, p]}*{change[p]}) > 1e-10*({row})")
-        small = f"{pass_} < {SETTLING} and abs({change[p]}) > 1e-3*abs({z[p]})"
-        found.append(f"largest = 1e300 if {small} and ({' or '.join(moves)}) else largest")
-    return found
+        moves = [f"abs({J[i, p]}*{change[p]}) > 1e-10*({row})" for i, row in rows.items() if J[i, p] != 0]
+        found.append(f"{pass_} < {SETTLING} and abs({change[p]}) > 1e-3*abs({z[p]}) and ({' or '.join(moves)})")
+    return [f"largest = 1e300 if {x} else largest" for x in found]
 
 
 def _largest_of(change: Matrix) -> list[str]:

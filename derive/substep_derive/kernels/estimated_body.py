@@ -64,8 +64,8 @@ class EstimatedBody:
         """
         if held := motion.scene.multipliers:
             raise DeclarationError(
-                f"{motion.scene.name}: expected a scene without constraints where steps change, since the estimated "
-                f"error would not say that of the reaction, got {', '.join(map(str, held))}; give dt"
+                f"{motion.scene.name}: expected a scene without reactions where lanes choose their steps, since the "
+                f"estimated error would not say theirs, got {', '.join(map(str, held))}; give dt, or march one by one"
             )
         if earlier_ones := [s for s in scheme.state if s not in knot(0)]:
             raise DeclarationError(

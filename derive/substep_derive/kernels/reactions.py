@@ -229,9 +229,9 @@ def _rows(w: Writer, k: int, stage: Stage, to: Moving, u: Moving, v: Moving) -> 
         if contact.restitution is None:
             found.append(smaller(-values[j] / c_u, moves[j] * unknown[j]))
             continue
-        u0, v0 = (w.components(s) for s in knot(0)[:2])
-        ahead = held.at(held.expressions, list(u0 + h * w.instants[at] * v0), list(v0), when)[j]
-        before = held.at(held.drift[0], list(u0), list(v0), w.instant(Integer(0)))[j]
+        u0, v0 = (list(w.components(s)) for s in knot(0)[:2])
+        gaps, before = (held.at(e, u0, v0, w.instant(Integer(0)))[j] for e in (held.expressions, held.drift[0]))
+        ahead = gaps + h * w.instants[at] * before
         opens = smaller(-(rates[j] + contact.restitution * before) / c_v, moves[j] * unknown[j])
         found.append(where_at_least(ahead, Integer(0), opens, moves[j] * unknown[j]))
     pressures = dict(zip(map(Symbol, scene.contacts), unknown[c : c + d, :], strict=True))

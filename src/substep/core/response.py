@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +47,17 @@ class Statistics:
     longest: float
 
 
+class Happening(NamedTuple):
+    """At t (s) the contact or friction of that name closes, opens, is hit, slides, sticks or turns, as `what` says.
+
+    what: "closes", "opens" or "hits", of a contact that is open again at once; "slides", "sticks" or "turns".
+    """
+
+    t: float
+    name: str
+    what: str
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Response:
     """Histories u, v (n+1, ndof), and t, energy, angular_momentum (n+1,), which are computed when first read.
@@ -77,6 +88,7 @@ class Response:
     memories: Array | None = None  # (n+1, k) what the laws of the scene remember
     t_events: Array | None = None  # s, where the march was to end at an event: of each the time, NaN without one
     before: tuple[float, Array] | None = None  # where its first step began, if before the first row: t, s; u, v, a
+    happenings: tuple[Happening, ...] = ()  # of contacts and frictions, where steps were chosen, in the order of time
     growth: float = math.inf  # the largest energy of a step over that of the start is at most this
 
     @cached_property

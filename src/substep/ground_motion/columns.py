@@ -97,12 +97,17 @@ def _accelerations(path: Path, lines: list[str], start: int, dt: float | None, r
 
 
 def _have_times(rows: list[Row]) -> bool:
-    """Whether the first of several numbers a line is a time; of more than two, only where its steps are alike."""
+    """Whether the first of several numbers a line is a time; of more than two, only where its steps are alike.
+
+    Nor are they times where the last line is shorter than those above, as of a record written in rows.
+    """
     if len(rows) < 2 or len(rows[0].values) < 2:
         return False
     steps = np.diff([row.values[0] for row in rows])
     if len(rows[0].values) == 2:
         return bool(np.mean(steps > 0.0) >= MOSTLY)
+    if len(rows[-1].values) < len(rows[0].values):
+        return False
     middle = float(np.median(steps))
     return len(steps) > 1 and middle > 0.0 and bool(np.mean(np.abs(steps - middle) <= ALIKE * middle) >= MOSTLY)
 

@@ -33,6 +33,7 @@ from .linear import LinearLanes, march_linear
 from .oscillators import Oscillators
 from .passed_over import passed_over
 from .scene_lanes import march_lanes, memory_of, pair_kernels
+from .to_events import march_to_events
 
 if TYPE_CHECKING:
     from ..derived.modules import Declaration
@@ -174,6 +175,9 @@ def marched(
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
     if scene.info.multipliers or scene.info.contacts:
         require_decay(scene.name, scheme)
+    if isinstance(steps, Control) and scene.info.reactions:
+        behind = state and _behind_jump(scene, state)
+        return march_to_events(scene, scheme, steps, _vectors(scene, behind), behind, bound)
     if isinstance(steps, Control):
         return march_adaptive(scene, scheme, steps, bound=bound, start=state and _behind_jump(scene, state))
     n, stride = steps.n, steps.stride

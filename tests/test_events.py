@@ -1,0 +1,240 @@
+"""Chosen steps that end at events: against exact motions and event-driven integration, and what is refused."""
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+from substep_derive import Constraint, Contact, Friction, Scene, optional, rate, sampled
+from substep_derive.declare.parameter import REAL
+from sympy import Interval, Symbol
+from test_constraints import NEXT, PENDULUM, VERIFY
+from test_friction import LASTING
+
+import substep as ss
+
+Array = np.ndarray
+G = 9.81
+BOUNCING = [name for name in LASTING if not any("[-" in x for x in ss.scheme(name).state)]
+FALL = np.sqrt(2 / G)  # s, of the ball's first fall from 1 m; each flight lasts half of the one before
+u, v, e, k, b = Symbol("u"), rate(Symbol("u")), Symbol("e"), Symbol("k"), Symbol("b")
+
+
+def events(r: ss.Response) -> list[tuple[float, str]]:
+    return [(x.t, x.what) for x in r.happenings]
+
+
+def stopped(stiffness: float, stop: float, share: float, load: Any = None) -> Any:
+    """A unit mass on a spring, with a stop that gives back a share of the velocity."""
+    return ss.scene(STOPPED if load is None else PUSHED, k=stiffness, b=stop, e=share, load=load)
+
+
+STOPPED, PUSHED = (
+    Scene(
+        name, coordinates={u: "m"}, kinetic=v**2 / 2, potential=k * u**2 / 2, load=load,
+        contacts={"stop": Contact(b - u, e)}, start={u: -1, v: 0}, length=1,
+        parameters=(optional(k, 1), optional(b, 0, REAL), optional(e, 0, Interval(0, 1))),
+    )
+    for name, load in (("stopped", {}), ("pushed", {u: sampled}))
+)  # fmt: skip
+
+
+def by_events(stiffness: float, stop: float, share: float, t_end: float, load: Any = None) -> tuple[list[float], Array]:
+    """When the mass hits the stop, and u, v at the end."""
+    t, x, hits = 0.0, [-1.0, 0.0], list[float]()
+
+    def at_stop(_: float, x: Array) -> float:
+        return float(stop - x[0])
+
+    at_stop.terminal, at_stop.direction = True, -1  # type: ignore[attr-defined]
+    while t < t_end and len(hits) < 13:  # the spring may hold the mass to the stop, after more and more of them
+        found = solve_ivp(
+            lambda s, x: [x[1], -stiffness * x[0] + (load(s) if load else 0.0)], (t, t_end), x, rtol=1e-12, atol=1e-13,
+            events=at_stop, max_step=0.1,
+        )  # fmt: skip
+        t, x = float(found.t[-1]), found.y[:, -1]
+        if found.status == 1:
+            hits.append(t)
+            x = [stop - 1e-15, -share * x[1]]
+    return hits, np.array(x)
+
+
+@pytest.mark.parametrize("name", BOUNCING if VERIFY else BOUNCING[:1])
+def test_a_ball_bounces_when_it_should_and_comes_to_rest(name: str) -> None:
+    """Impacts at 0.4515, 0.9030, 1.1288, ... s, of which there are more and more, until all is over at 1.3546 s."""
+    order = min(ss.scheme(name).order or (1,))
+    for tol, close in ((1e-4, 3e-6), (1e-6, 1e-7)) if order > 1 else ((1e-5, 4e-3),):
+        r = ss.march("bouncing_ball", name, tol=tol, t_end=1.6)
+        assert r.status == "completed"
+        hits = [t for t, what in events(r) if what == "hits"]
+        assert np.allclose(hits[:5], FALL * np.array([1.0, 2.0, 2.5, 2.75, 2.875]), rtol=0.0, atol=close)
+        assert events(r)[-1][1] == "closes"
+        assert events(r)[-1][0] == pytest.approx(1.354570922957, abs=2 * close)
+        assert abs(r.u[-1, 0]) < 1e-12
+        assert r.v[-1, 0] == 0.0
+        assert r.memory["floor"][-1] == pytest.approx(G, rel=1e-6)
+        between = r.energy[np.searchsorted(r.t, np.array([1.5, 2.25]) * FALL)]
+        assert np.allclose(between, [G / 4, G / 16], rtol=10 * close)
+
+
+@pytest.mark.parametrize(
+    "name", ["average_acceleration", "generalized_alpha", "hht_alpha"] if VERIFY else ["hht_alpha"]
+)
+def test_a_block_turns_and_stops_where_friction_has_it(name: str) -> None:
+    errors = list[float]()
+    for tol in (1e-4, 1e-6):
+        r = ss.march("friction_oscillator", name, tol=tol, t_end=20.0)
+        assert [what for _, what in events(r) if what != "slides"][-1] == "sticks"
+        assert sum(what in ("turns", "slides") for _, what in events(r)) == 4
+        turns = np.array([t for t, what in events(r) if what in ("turns", "slides")])
+        errors.append(float(np.abs(turns - np.pi * np.arange(1, 5)).max()))
+        assert r.u[-1, 0] == pytest.approx(-0.05, abs=3 * tol ** (2 / 3))
+        assert abs(r.v[-1, 0]) < 1e-15
+    assert errors[0] < 5e-3
+    assert errors[1] < 0.1 * errors[0]
+
+
+def test_a_block_rides_on_a_belt_and_slides_when_the_spring_pulls_it_off() -> None:
+    r = ss.march(ss.scene("friction_oscillator", belt=0.2, u0=0.0, v0=0.2), "average_acceleration", tol=1e-6, t_end=1.0)
+    ((t, what),) = events(r)
+    assert what == "slides"
+    assert t == pytest.approx(0.5, abs=1e-5)  # 0.1 N of a unit spring at 0.2 m/s
+    at = r.t[-1] - 0.5
+    assert r.u[-1, 0] == pytest.approx(0.1 + 0.2 * np.sin(at), abs=1e-5)
+
+
+def test_a_block_rocks_as_housner_has_it() -> None:
+    """About corners by pendulum equations; impacts keep 1 - (3/2) sin(alpha)^2 of the rate, when they should."""
+    alpha, radius = np.arctan2(0.25, 1.0), np.hypot(0.25, 1.0)
+    t, x, impacts = 0.0, [0.1, 0.0], list[float]()
+    for side in (1, -1, 1):
+
+        def flat(_: float, x: Array) -> float:
+            return float(x[0])
+
+        flat.terminal, flat.direction = True, -side  # type: ignore[attr-defined]
+        found = solve_ivp(
+            lambda _, x, side=side: [x[1], -3 * G / (4 * radius) * np.sin(side * alpha - x[0])], (t, 3.0), x,
+            rtol=1e-11, atol=1e-13, events=flat,
+        )  # fmt: skip
+        t, x = float(found.t[-1]), [0.0, found.y[1, -1] * (1 - 1.5 * np.sin(alpha) ** 2)]
+        impacts.append(t)
+    r = ss.march("rocking_block", "average_acceleration", tol=1e-6, t_end=2.0)
+    closes = np.array([x.t for x in r.happenings if x.what == "closes"])
+    assert [x.name for x in r.happenings if x.what == "closes"] == ["right", "left", "right"]
+    assert np.allclose(closes, impacts, rtol=0.0, atol=3e-3)  # reactions of gaps that turn are of first order
+    assert min(gap.min() for gap in r.gaps.values()) > -1e-6
+
+
+@pytest.mark.thorough
+@settings(max_examples=10)
+@given(st.floats(0.5, 30.0), st.floats(-0.3, 0.6), st.floats(0.0, 0.9))
+def test_impacts_of_any_oscillator_are_those_of_event_driven_integration(w: float, stop: float, share: float) -> None:
+    hits, end = by_events(w, stop, share, 3.0)
+    found = [b - a for a, b in pairwise(hits)]
+    if len(hits) > 12 or min(found, default=1.0) < 0.05:  # rather at rest: the ball has that
+        return
+    r = ss.march(stopped(w, stop, share), "average_acceleration", tol=1e-7, t_end=3.0)
+    assert r.status == "completed"
+    seen = [t for t, what in events(r) if what == "hits" or (what == "closes" and share < 1e-3)]
+    if share > 1e-3:
+        assert len(seen) == len(hits)
+        assert np.allclose(seen, hits, rtol=0.0, atol=1e-3)
+        assert np.allclose([r.u[-1, 0], r.v[-1, 0]], end, rtol=0.0, atol=2e-3 * (1.0 + w))
+    assert (stop - r.u[:, 0]).min() > -1e-7
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("load", [ss.Step(0.6, 0.7), ss.HalfSine(2.0, 1.3), ss.Record(0.25, np.sin(np.arange(9.0)))])
+def test_steps_end_where_a_load_jumps_or_bends_as_well(load: Any) -> None:
+    hits, end = by_events(4.0, 0.3, 0.6, 2.5, lambda t: float(load(np.array([t]))[0]))
+    scene = stopped(4.0, 0.3, 0.6, load)
+    for name in ("average_acceleration", "generalized_alpha"):
+        r = ss.march(scene, name, tol=1e-7, t_end=2.5)
+        assert np.allclose([t for t, what in events(r) if what == "hits"], hits, rtol=0.0, atol=1e-4)
+        assert np.allclose([r.u[-1, 0], r.v[-1, 0]], end, rtol=0.0, atol=2e-4)
+        jumps = [0.7] if isinstance(load, ss.Step) else [1.3] if isinstance(load, ss.HalfSine) else [0.25, 1.75]
+        assert set(jumps) <= set(np.round(r.t, 12))
+
+
+@pytest.mark.parametrize(
+    "name", ["generalized_alpha", "bathe", "newmark_bdf2", "rho_inf_bathe"] if VERIFY else ["bathe"]
+)
+def test_a_rod_is_held_in_steps_of_any_length(name: str) -> None:
+    errors = list[float]()
+    for tol in (1e-4, 1e-5):
+        r = ss.march(ss.scene("rod_pendulum", L=1.0, m=1.0, v0=0.0, g=G), name, tol=tol, t_end=2.0)
+        assert r.status == "completed"
+        assert r.happenings == ()
+        assert np.abs(np.hypot(*r.u.T) - 1.0).max() < 1e-13
+        errors.append(float(np.abs([*(r.u[-1] - PENDULUM[2.0][:2]), *(r.v[-1] - PENDULUM[2.0][2:4])]).max()))
+        assert r.statistics is not None
+        assert r.statistics.accepted == len(r.t) - 1
+        assert r.multipliers["rod"][-1] == pytest.approx(PENDULUM[2.0][4], abs=400 * tol)
+    assert errors[0] < 60e-4
+    assert errors[1] < 0.15 * errors[0]
+
+
+def test_what_does_not_damp_errors_along_a_constraint_stops_with_what_it_has() -> None:
+    """The trapezoidal rule multiplies what a constraint's velocity has wrong by the number of steps."""
+    r = ss.march(ss.scene("rod_pendulum", L=1.0, m=1.0, v0=0.0, g=G), "average_acceleration", tol=1e-6, t_end=2.0)
+    assert r.status == "step_too_small"
+    assert r.t_failed is not None
+    assert r.t_failed > r.t[-1] > 0.3
+    x, y = Symbol("x"), Symbol("y")
+    swing = Scene(
+        "swing", coordinates={x: "m", y: "m"}, kinetic=(rate(x) ** 2 + rate(y) ** 2) / 2, potential=G * y,
+        constraints={"rod": Constraint((x**2 + y**2 - 1) / 2, level="velocity", projected=True)}, parameters=(),
+        start={x: 1, y: 0, rate(x): 0, rate(y): 0}, length=1,
+    )  # fmt: skip
+    r = ss.march(ss.scene(swing), "average_acceleration", tol=1e-6, t_end=2.0)
+    assert np.allclose([*r.u[-1], *r.v[-1]], PENDULUM[2.0][:4], rtol=0.0, atol=1e-3)  # tol to the 2/3
+
+
+def test_rows_where_they_are_wanted_and_runs_that_go_on() -> None:
+    times = np.array([0.1, 0.5, 0.9, 1.2])
+    whole = ss.march("bouncing_ball", "average_acceleration", tol=1e-7, t_end=1.2)
+    gridded = ss.march("bouncing_ball", "average_acceleration", tol=1e-7, t_end=1.2, grid=times)
+    assert np.array_equal(gridded.t, times)
+    assert len(gridded.happenings) == len(whole.happenings)
+    flown = times[1] - FALL
+    assert gridded.u[1, 0] == pytest.approx(G * FALL / 2 * flown - G / 2 * flown**2, abs=1e-6)
+    first = ss.march("bouncing_ball", "average_acceleration", tol=1e-7, t_end=0.6)
+    rest = ss.march("bouncing_ball", "average_acceleration", tol=1e-7, t_end=1.2, start=first)
+    assert rest.t[0] == first.t[-1]
+    assert np.allclose(rest.u[-1], whole.u[-1], rtol=0.0, atol=1e-6)
+    until = ss.march("bouncing_ball", "average_acceleration", tol=1e-7, t_end=1.2, until=lambda _t, u, _v: u[0] - 0.5)
+    assert until.t[-1] == pytest.approx(np.sqrt(1.0 / G), abs=1e-6)
+    bounded = ss.march("bouncing_ball", "average_acceleration", tol=1e-7, t_end=1.2, energy_bound=5.0)
+    assert (bounded.status, len(bounded.t)) == ("energy_bound", 1)
+
+
+def test_what_cannot_be_taken_is_refused_with_the_reason() -> None:
+    with pytest.raises(ValueError, match=r"expected a restitution of contact 'floor' of mass_on_floor"):
+        ss.march("mass_on_floor", "average_acceleration", tol=1e-4, t_end=1.0)
+    for name in ("bdf2", "park"):
+        with pytest.raises(ValueError, match=r"expected a scheme whose state is u, v, a at t_n alone"):
+            ss.march("rod_pendulum", name, tol=1e-4, t_end=1.0)
+    assert "central_difference" in NEXT
+    with pytest.raises(ValueError, match="which holds those of the next"):
+        ss.march("rod_pendulum", "central_difference", tol=1e-4, t_end=1.0)
+    with pytest.raises(ValueError, match="without reactions where lanes choose their steps"):
+        ss.sweep("bouncing_ball", "average_acceleration", tol=1e-4, t_end=1.0, u0=[1.0, 2.0])
+
+
+def test_a_sliding_block_with_a_restitution_of_0_stops_where_it_should() -> None:
+    x, y = Symbol("x"), Symbol("y")
+    block = Scene(
+        "thrown_block", coordinates={x: "m", y: "m"}, kinetic=(rate(x) ** 2 + rate(y) ** 2) / 2, potential=10 * y,
+        contacts={"floor": Contact(y, 0)}, frictions={"drag": Friction(x, Symbol("floor") * 3 / 10)}, parameters=(),
+        start={x: 0, y: 0.05, rate(x): 3, rate(y): 0}, length=1,
+    )  # fmt: skip
+    r = ss.march(ss.scene(block), "average_acceleration", tol=1e-6, t_end=1.5)
+    after = 3.0 - 0.3  # of an impact at 1 m/s, whose friction takes 0.3 of the impulse
+    assert r.u[-1, 0] == pytest.approx(0.3 + after**2 / 6, abs=1e-5)
+    assert [what for _, what in events(r) if what in ("closes", "sticks")] == ["closes", "sticks"]
+    assert r.happenings[0].t == pytest.approx(0.1, abs=1e-6)
+    assert r.happenings[-1].t == pytest.approx(0.1 + after / 3, abs=1e-5)
