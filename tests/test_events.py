@@ -208,6 +208,9 @@ def test_rows_where_they_are_wanted_and_runs_that_go_on() -> None:
     assert np.allclose(rest.u[-1], whole.u[-1], rtol=0.0, atol=1e-6)
     until = ss.march("bouncing_ball", "average_acceleration", tol=1e-7, t_end=1.2, until=lambda _t, u, _v: u[0] - 0.5)
     assert until.t[-1] == pytest.approx(np.sqrt(1.0 / G), abs=1e-6)
+    late = {"t": 1e6, "u": [1.0], "v": [0.0]}
+    falls = ss.march("bouncing_ball", "average_acceleration", tol=1e-7, t_end=1e6 + 1.2, start=late)
+    assert np.allclose([x.t - 1e6 for x in falls.happenings], [x.t for x in whole.happenings], rtol=0.0, atol=1e-6)
     bounded = ss.march("bouncing_ball", "average_acceleration", tol=1e-7, t_end=1.2, energy_bound=5.0)
     assert (bounded.status, len(bounded.t)) == ("energy_bound", 1)
 

@@ -27,6 +27,7 @@ HELD = 1e-13  # of the scene's length: how far inside a stop a closed gap is hel
 INSIDE = 0.1  # of the accuracy asked for: how far inside a stop a motion may be at the end of a step
 SHORT = 0.01  # of the accuracy asked for: what the motion does in a step that passes over an event
 SHORTEST = 1e-11, 1e-8  # the same at least; with constraints, whose rounding over the step is in the velocity
+LATE = 1e-14  # of the time: a step that does not get lost in its rounding
 
 ONE = np.array([1])
 HIT = 2
@@ -66,11 +67,10 @@ class Reacting:
     middle: float = 0.0
     rate: float = 0.0
 
-    @property
-    def moment(self) -> float:
-        """Length of the step that passes over an event, s."""
+    def moment(self, t: float) -> float:
+        """Length of the step that passes over an event at the time t, s."""
         least = SHORTEST[bool(self.scene.info.multipliers)]
-        return max(SHORT * self.accuracy, least) * self.scene.length / self.speed
+        return max(max(SHORT * self.accuracy, least) * self.scene.length / self.speed, LATE * abs(t))
 
     @property
     def least(self) -> float:
@@ -111,7 +111,7 @@ class Reacting:
         """What acts ahead of a stand; None where a short step cannot be made."""
         if self.reacts.start == self.reacts.stop:
             return ()
-        made = self.steps(at, self.moment, 1)
+        made = self.steps(at, self.moment(at.t), 1)
         if isinstance(made, str):
             return None
         found, d = self.modes(made, BEGINS)[0], len(self.scene.info.contacts)

@@ -147,8 +147,8 @@ class _Run:
 
     def _until(self, h: float, mode: Mode) -> float:
         """How long the mode stays, of a step of h in which it changes; 0 if not at all."""
-        low, high = 0.0, h
-        while high - low > self.reacting.moment and low < (middle := 0.5 * (low + high)) < high:
+        low, high, short = 0.0, h, self.reacting.moment(self.at.t)
+        while high - low > short and low < (middle := 0.5 * (low + high)) < high:
             if self.reacting.changes(self.at, middle, mode):
                 high = middle
             else:
@@ -157,8 +157,8 @@ class _Run:
 
     def _pass(self, before: Mode) -> None:
         """Make a short step over an event, and a longer one where the one before has been over an event too."""
-        left = self.targets[0] - self.at.t
-        h = min(self.reacting.moment * 2.0**self.passed, left)
+        left, short = self.targets[0] - self.at.t, self.reacting.moment(self.at.t)
+        h = min(short * 2.0**self.passed, max(short, self.wanted), left)
         made = self.reacting.steps(self.at, h, 1)
         if isinstance(made, str):
             self.status = "step_too_small"
