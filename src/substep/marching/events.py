@@ -177,7 +177,7 @@ class Reacting:
             else:
                 said = "" if x == z else "sticks" if z == 0 else "slides" if x == 0 else "turns"
             if said:
-                yield Happening(t, name, said)
+                yield Happening(float(t), name, said)
 
     def _drift(self, stands: Sequence[Stand]) -> tuple[Array, Array, Array]:
         """Of each contact and friction at each stand: minus the gap, or what slides; its rate; how steep it is."""
