@@ -262,6 +262,7 @@ def test_a_start_that_constraints_do_not_allow_is_refused_with_the_amount_and_th
         ("forward_euler", "moves its first displacement by the velocity of the start alone"),
         ("central_difference_lagged", r"reports a velocity with the force N\(u_1\), whose reaction only the next step"),
         ("kim_two_stage", "multiplies errors along constraints by 3.732"),
+        ("gsse", "multiplies errors along constraints by 24.96"),
         ("stoermer_extrapolation", "expected the reaction of each balance to move a displacement"),
         ("wilson_theta", "takes no force at the end of its steps"),
         ("crouzeix3", "takes no force at the end of its steps"),

@@ -28,9 +28,14 @@ from .scene_lanes import memory_of, pair_kernels
 FIRST = 0.01  # of the time in which the motion goes its scene's length: the first step
 
 
-def require_changing(scene: Scene, scheme: Scheme) -> None:
-    """Raises ValueError for a scheme whose step cannot change, and for contacts without a restitution."""
+def require_changing(scene: Scene, scheme: Scheme, asked: Control) -> None:
+    """Raises ValueError for a scheme whose step cannot change, for contacts without a restitution, and for a rung."""
     name, module = scheme.name, pair_kernels(scene, scheme)
+    if asked.rung:
+        raise ValueError(
+            f"expected no rung on {scene.name}, whose steps end at events and are of any length, got {asked.rung:g}; "
+            "leave it out"
+        )
     if any(lag for _, lag in module.STATE) or scheme.starter is not None or module.START_ARGUMENTS:
         raise ValueError(
             f"expected a scheme whose state is u, v, a at t_n alone where steps change, got {name}, which carries "
@@ -55,7 +60,7 @@ def march_to_events(
 
     Raises ValueError as `require_changing`.
     """
-    require_changing(scene, scheme)
+    require_changing(scene, scheme, asked)
     memory = scene.memory0 if state is None else memory_of(scene, state)
     run = _Run(scene, scheme, asked, Stand(asked.t_begin, *start, None, memory), bound)
     run.march()
