@@ -296,6 +296,10 @@ def test_spectrum_prints_writes_and_draws(tmp_path: Path) -> None:
     assert "inf m" not in unstable.output
     assert "inf %" not in unstable.output
     assert runner.invoke(app, ["spectrum", str(file), "--scheme", "bath"]).exit_code == 2
+    file.write_text("0 1\n0.01 981\n")
+    asked = runner.invoke(app, ["spectrum", str(file)])
+    assert asked.exit_code == 2
+    assert 'give --unit="m/s^2"' in " ".join(asked.output.replace("│", " ").split())
     bad = runner.invoke(app, ["spectrum", str(file), "--periods", "1,x"])
     assert bad.exit_code == 2
     assert "for --periods, got 'x'" in " ".join(bad.output.replace("│", " ").split())
@@ -308,7 +312,7 @@ def test_spectrum_resamples_and_refines_as_python_does(tmp_path: Path) -> None:
     options = ["--periods", "0.03,0.1,1", "--csv", str(out)]
     refused = runner.invoke(app, ["spectrum", str(file), *options])
     assert refused.exit_code == 2
-    assert "resample=dt" in refused.output
+    assert "interpolate by --resample=" in " ".join(refused.output.replace("│", " ").split())
     found = runner.invoke(app, ["spectrum", str(file), *options, "--resample", "0.01", "--refine", "auto"])
     assert found.exit_code == 0, found.output
     record = ss.read_record(file, resample=0.01)

@@ -151,7 +151,7 @@ def test_a_record_of_zeros_has_no_duration() -> None:
         (([1.0, 2.0], 0.0), "expected dt of the record > 0"),
         (([1.0], 0.1), "at least two samples in one row"),
         (([1.0, math.inf], 0.1), "values of the record to be finite"),
-        (([1.0, 2.0], 0.1, "ft/s2"), "expected unit as one of m/s"),
+        (([1.0, 2.0], 0.1, "yd/s2"), "expected unit as one of m/s"),
         ((ss.Record(0.1, [1.0, 2.0]), 0.2), "the record's own dt = 0.1 s, got 0.2 s"),
     ],
 )

@@ -87,6 +87,7 @@ FACTORS = {"PEER": STANDARD_GRAVITY, "ESM": 0.01}
 @example([0.0, 0.0, 0.0, 1e-300, -1e-5, 12345.678, 0.0])
 @example([-10.0, 0.0, 0.0, 0.0, 0.0, -5.0, 0.0, 0.0, 0.0, 0.0, 0.0])  # as times in rows of five
 def test_a_record_comes_back_from_every_format(tmp_path_factory: pytest.TempPathFactory, values: list[float]) -> None:
+    assume(values[0] != DT and (values[0] != len(values) - 1 or len(values) < 12))  # not refused as no sample
     folder = tmp_path_factory.mktemp("records")
     steps = np.diff(values[::5])
     whole_rows_of_times = len(values) % 5 == 0 and len(steps) > 1 and np.allclose(steps, abs(steps[0]))
@@ -146,7 +147,7 @@ def test_a_header_is_skipped_with_a_warning_and_its_unit_believed(
         # times
         ("0 1\n0.01 2\n0.01 3\n", None, "line 3: expected equal steps.*got t = 0.01 s after 0.01 s; .*delete the line"),
         ("0 1\n0.02 2\n0.01 3\n0.03 1\n", None, "line 3: expected equal steps.*got t = 0.01 s after 0.02 s"),
-        ("0 1\n0.01 2\n0.04 3\n", None, r"in the mean 0.02 s.*interpolate by read_record\(path, resample="),
+        ("0 1\n0.01 2\n0.04 3\n", None, r"in the mean 0.02 s.*interpolate by resample=, a step"),
         ("0 1\n0.01 2\n0.04 3\n0.05 1\n", 0.01, "line 3: expected steps of the given dt = 0.01 s"),
         ("0 1\n0.01 2\n0.02\n", 0.01, "line 3: expected two columns.* got 1: '0.02'"),
         # accelerations alone
@@ -155,6 +156,11 @@ def test_a_header_is_skipped_with_a_warning_and_its_unit_believed(
         ("0.1 0.3 0.2\n0.1\n0.1 0.2 0.3\n", 0.01, "line 2: expected 3 a line as above, got 1: '0.1'"),
         ("0.1 0.3\n0.1 0.2 0.3\n", 0.01, "line 2: expected 2 a line as above, got 3"),
         ("0.1\n", 0.01, "expected at least two numbers, got 1"),
+        ("# g\n0.01\n0.1\n0.2\n", 0.01, "line 2: expected accelerations, got 0.01 first, which is dt; put '#' before"),
+        ("12\n" + 6 * "0.1\n0.2\n", 0.01, "line 1: .* got 12 first, which is the number of those that follow; put"),
+        ("0.1\n-999\n0.2\n", 0.01, "expected accelerations, got -999 as number 2 of them, which is likely"),
+        # missing lines
+        ("0 1\n1 1\n2 1\n3 1\n4 1\n7 1\n8 1\n", None, "line 6: expected steps of 1 s, .* got t = 7 s after 4 s"),
         # components
         ("0,1,2\n0.01,3,4\n0.02,0,1\n", 0.01, "line 1: expected two columns.* got 3: '0,1,2'.* choose two"),
         ("0.1,0.2,0.3\n-0.1,0.3,0.4\n0.2,0.1,0.1\n", 0.01, "line 1: expected one acceleration a line.* 3 columns"),
@@ -203,6 +209,7 @@ def test_a_header_is_believed_rather_than_what_is_given(tmp_path: Path) -> None:
             read_record(path, unit="in/s^2")
 
 
+@pytest.mark.filterwarnings("ignore:.*bridged linearly")
 @given(
     st.lists(st.floats(0.001, 0.1), min_size=1, max_size=20), st.floats(-5.0, 5.0), st.floats(0.001, 0.05),
 )  # fmt: skip
@@ -234,13 +241,18 @@ def test_every_format_is_resampled_within_the_error_of_interpolation(tmp_path: P
         assert (found.dt, len(found.samples)) == (0.002, 1001), name
         error = np.abs(found.samples / factor - np.sin(2.0 * np.pi * 0.002 * np.arange(1001))).max()
         assert 0.5 < error / (DT**2 * (2.0 * np.pi) ** 2 / 8.0) <= 1.0, name
+        assert found.source == f"{path}, resampled with an error of {error:.1%} of the peak", name
         coarser = read_record(path, DT if alone else None, unit, resample=0.01)
+        assert coarser.source.endswith("with an error of 0.0% of the peak"), name
         np.testing.assert_allclose(coarser.samples, factor * values[::2], atol=1e-12)
     path = write(tmp_path, "0 1\n0.01 2\n0.02 3\n0.02 4\n")
     with pytest.raises(
         ValueError, match=r"line 4: expected equal steps, or with resample= ascending times, got t = 0.02"
     ):
         read_record(path, resample=0.01)
+    path = write(tmp_path, "".join(f"{0.01 * k:.2f} {k}\n" for k in range(12) if k not in (5, 6, 9)))
+    with pytest.warns(UserWarning, match=r"line 6: .* 0.01 s, .* got t = 0.07 s after 0.04 s; gaps in all: 2, bridged"):
+        assert np.allclose(read_record(path, resample=0.01).samples, np.arange(12.0))
     path = write(tmp_path, "0 1\n0.01 2\n0.04 3\n")
     assert read_record(path, resample=0.01).samples.tolist() == pytest.approx([1.0, 2.0, 7 / 3, 8 / 3, 3.0])
     with pytest.raises(ValueError, match=r"line 3: expected steps of the given dt = 0.01 s"):

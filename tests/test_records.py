@@ -143,6 +143,22 @@ HEADERS = {
     "# Gal": "gal",
     "# gal (cm/s2)": "cm/s^2",
     "# in/s^2": "in/s^2",
+    "# time (s), acc (ft/s^2)": "ft/s^2",
+    "# acc (mm/s^2)": "mm/s^2",
+    "# acc (inches/sec2)": "in/s^2",
+    "# t, acc_cm_s2": "cm/s^2",
+    "# acceleration, m per second squared": "m/s^2",
+    "# time, acc_mps2": "m/s^2",
+    "# acc_gal": "gal",
+    "# acc (%g)": "%g",
+    "# acceleration in percent of g": "%g",
+    "# t (s), acc (mg)": "mg",
+    "# acc, milli-g": "mg",
+    "# time, a/g": "g",
+    "# Acc (G) (soil class C)": "g",
+    "# time acc (g's)": "g",
+    "# t, Accel g": "g",
+    "# velocity 300 m/s of the soil\n# time (s), acc (g)": "g",
 }
 
 
@@ -157,10 +173,45 @@ def test_a_unit_above_the_data_is_believed_and_reported(tmp_path: Path, header: 
     other = "in/s^2" if unit != "in/s^2" else "g"
     with pytest.raises(ValueError, match=rf"motion.txt: expected unit='{re.escape(unit)}', as the file says, got"):
         read_record(path, unit=other)
+    with pytest.warns(UserWarning, match=rf"taken in 5 m/s\^2, as unit=5.0 says, though .* names {re.escape(unit)}$"):
+        assert np.array_equal(read_record(path, unit=5.0).samples, 5.0 * VALUES)
 
 
 @pytest.mark.parametrize(
-    "text", ["# time, acceleration", "# g-force of a gale", "# file of m/s", "# km/s^2", "# 10 g/10", ""]
+    ("header", "named"),
+    [
+        ("# acc (counts)", "counts"), ("# t (s), ch1 (V)", "V"), ("# acc (10^-3 g)", "10^-3 g"), ("# km/s^2", "km/s^2"),
+        ("# acc (µm/s2)", "µm/s2"), ("# units: volts", "volts"), ("# t, acc_g", "acc_g"), ("# time, a_g", "a_g"),
+    ],
+)  # fmt: skip
+def test_a_unit_that_is_not_known_is_asked_for(tmp_path: Path, header: str, named: str) -> None:
+    path = write(tmp_path, f"{header}\n0 0.1\n0.01 0.2\n")
+    with pytest.raises(ValueError, match=rf"expected a unit of accel.*, got '{re.escape(named)}'; give unit=, one of"):
+        read_record(path)
+    assert read_record(path, unit="g").unit == "g"
+    assert read_record(path, unit=0.5).samples.tolist() == [0.05, 0.1]
+
+
+@pytest.mark.parametrize(
+    ("header", "message"),
+    [
+        ("# time (s), displacement (m)", "expected accelerations, got '# time"),
+        ("# t, vel (cm/s)", "expected accelerations, got '# t"),
+        ("time (s);Velocity", "expected accelerations, got 'time"),
+        ("# time (ms), acc (g)", "expected times in s, got '# time"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:.*skipped as a header")
+def test_columns_of_something_else_are_refused(tmp_path: Path, header: str, message: str) -> None:
+    path = write(tmp_path, f"{header}\n0;0.1\n0.01;0.2\n")
+    for unit in (None, "m/s^2"):
+        with pytest.raises(ValueError, match=rf"motion\.txt: {message}"):
+            read_record(path, unit=unit)
+    assert read_record(path, unit=1.0).samples.tolist() == [0.1, 0.2]
+
+
+@pytest.mark.parametrize(
+    "text", ["# time, acceleration", "# g-force of a gale", "# file of m/s", "# soil class (G)", "# 10 g/10", ""]
 )
 def test_what_names_no_unit(text: str) -> None:
     assert unit_named(text) is None
@@ -182,7 +233,7 @@ def test_a_unit_is_never_guessed(tmp_path: Path) -> None:
     two = write(tmp_path, "# g: cm/s2 (g)\n0 1\n0.01 2\n")
     with pytest.raises(ValueError, match=r"motion.txt: expected one unit of acceleration, got cm/s\^2 and g"):
         read_record(two)
-    for wrong in ("ft/s2", "", -1.0):
+    for wrong in ("yd/s2", "", -1.0):
         with pytest.raises(ValueError, match="unit"):
             read_record(path, unit=wrong)
     assert not read_record(write(tmp_path, "0 0\n0.01 0\n")).samples.any()
@@ -209,6 +260,17 @@ def test_a_record_has_its_unit_and_source(tmp_path: Path) -> None:
         ss.response_spectrum(given, periods=[0.5], unit="g")
     path = write(tmp_path, "# t, a in g\n0 0\n0.01 0.1\n")
     assert ss.read_record(path) == ss.Record(0.01, [0.0, 0.1 * STANDARD_GRAVITY])
-    for wrong in ("ft/s2", -1.0):
+    for wrong in ("yd/s2", -1.0):
         with pytest.raises(ValueError, match="expected unit"):
             ss.Record(0.01, a, unit=wrong)
+
+
+def test_the_ground_of_a_structure_is_checked_as_that_of_a_spectrum() -> None:
+    """981 for 1 g moved the ground by metres, and a step of 10 ms was one of 10 s."""
+    s = ss.structure([1.0], [100.0])
+    for dt, scale, message in ((0.01, 300.0, "expected the unit of accelerations, got none"), (10.0, 1.0, "10 ms are")):
+        with pytest.raises(ValueError, match=message):
+            s.ground_motion(ss.Record(dt, scale * VALUES), 1.0)
+        with pytest.raises(ValueError, match=message):
+            ss.response_spectrum(ss.Record(dt, scale * VALUES))
+        assert len(s.ground_motion(ss.Record(dt, scale * VALUES, unit="m/s^2"), 1.0).motions) == 1

@@ -69,6 +69,11 @@ def require_files(*files: Path | None) -> None:
             raise ValueError(f"expected a file to read, got {file}, which {kind}; correct the path")
 
 
+def as_options(message: str, *names: str) -> str:
+    """A message of the Python API as one of the command: its arguments of these names as options."""
+    return re.sub(rf"(?<![\w-])({'|'.join(names)})=", r"--\1=", message)
+
+
 def require_folders(*files: Path | None) -> None:
     """Raise ValueError for a file that cannot be written because its folder is missing, before any work is done."""
     for file in files:

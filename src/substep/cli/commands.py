@@ -18,6 +18,7 @@ from .arguments import (
     SchemeOption,
     StartOption,
     StrainOption,
+    as_options,
     declared,
     exact_options,
     known_schemes,
@@ -260,7 +261,9 @@ def spectrum(
     scheme_name: SchemeOption = "average_acceleration",
     periods: Annotated[str, typer.Option(help="in s, as 0.1,0.5,1; by default 200 from 0.02 to 10 s")] = "",
     dt: Annotated[float | None, typer.Option(help="step in s, of a file of accelerations alone")] = None,
-    unit: Annotated[str, typer.Option(help="g, m/s^2, cm/s^2, gal or in/s^2; by default what the file says")] = "",
+    unit: Annotated[
+        str, typer.Option(help="g, m/s^2, cm/s^2, gal, in/s^2, ft/s^2, ...; by default what the file says")
+    ] = "",
     resample: Annotated[float | None, typer.Option(help="interpolate the record to this step in s first")] = None,
     refine: Annotated[str, typer.Option(help="auto: more steps a sample where a period needs them for 1 %")] = "",
     ductility: Annotated[str, typer.Option(help="as 1,2,4: of oscillators that yield, and the strength for it")] = "",
@@ -289,7 +292,7 @@ def spectrum(
                 raise ValueError(f"expected --hardening with --ductility, got {hardening:g} alone; give both")
             s = response_spectrum(record, periods=T, xi=xi, scheme=own, refine=refine or None)
     except (ValueError, OSError, ImportError) as error:
-        raise typer.BadParameter(str(error)) from error
+        raise typer.BadParameter(as_options(str(error), "dt", "unit", "resample")) from error
     settings = f"{s.samples} samples, dt = {s.dt:g} s, xi = {xi:g}, {' '.join((s.scheme, s.parameters)).strip()}"
     table = Table("", "largest", "at T (s)", "its error", "largest error", "at T (s)", title=f"{file.name}: {settings}")
     for name in QUANTITIES:

@@ -14,6 +14,8 @@ from .formats import Read, numbers
 UNEVEN = 0.01  # largest distance of a printed time from equal steps, as a part of a step
 MOSTLY = 0.75  # part of the steps of a column that ascend, or are alike, if it is one of times
 ALIKE = 0.1  # of those steps, the largest distance from their median, as a part of it
+MISSING = 1.5  # steps from which on a longer one among alike ones is a gap
+FEW = 10  # samples up to which a first one that is their number may be one of them
 COMPONENTS = 3  # numbers a line, at most, that may be components rather than rows of one record
 CURE = "correct it, or put '#' before what is no data"
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?")
@@ -93,7 +95,7 @@ def _accelerations(path: Path, lines: list[str], start: int, dt: float | None, r
     ]
     if dt is None or _have_times(rows):
         return _two_columns(path, rows, dt, resampled)
-    return Read(float(dt), _row_by_row(path, lines, rows))
+    return Read(float(dt), _row_by_row(path, lines, rows, dt))
 
 
 def _have_times(rows: list[Row]) -> bool:
@@ -108,11 +110,16 @@ def _have_times(rows: list[Row]) -> bool:
         return bool(np.mean(steps > 0.0) >= MOSTLY)
     if len(rows[-1].values) < len(rows[0].values):
         return False
+    return len(steps) > 1 and _alike(steps)
+
+
+def _alike(steps: Array) -> bool:
+    """Whether most of the steps are their median, about, and that is positive."""
     middle = float(np.median(steps))
-    return len(steps) > 1 and middle > 0.0 and bool(np.mean(np.abs(steps - middle) <= ALIKE * middle) >= MOSTLY)
+    return middle > 0.0 and bool(np.mean(np.abs(steps - middle) <= ALIKE * middle) >= MOSTLY)
 
 
-def _row_by_row(path: Path, lines: list[str], rows: list[Row]) -> Array:
+def _row_by_row(path: Path, lines: list[str], rows: list[Row], dt: float) -> Array:
     width = len(rows[0].values) if rows else 0
     for row, after in pairwise(rows):
         short = after is rows[-1] and len(after.values) < width
@@ -134,6 +141,13 @@ def _row_by_row(path: Path, lines: list[str], rows: list[Row]) -> Array:
     values = np.array([x for row in rows for x in row.values])
     if len(values) < 2:
         raise ValueError(f"{path}: expected at least two numbers, got {len(values)}")
+    first, n = values[0], len(values) - 1
+    if width == 1 and (first == dt or (first == n and n > FEW)):
+        raise ValueError(
+            f"{path}, line {rows[0].number}: expected accelerations, got {first:g} first, which is "
+            f"{'dt' if first == dt else 'the number of those that follow'}; put '#' before it, or, if it is one of "
+            "them, give ss.Record(dt, accelerations)"
+        )
     if len(rows) > 1 and 1 < width <= COMPONENTS:
         warn(
             f"{path}: read {len(values)} accelerations row by row, {width} a line; if these are components, choose one "
@@ -160,6 +174,7 @@ def _two_columns(path: Path, rows: list[Row], dt: float | None, resampled: bool)
             f"{path}, line {rows[k].number}: expected equal steps, or with resample= ascending times, got "
             f"t = {t[k]:g} s after {t[k - 1]:g} s; correct it, or delete the line"
         )
+    _require_no_gap(path, rows, t, bridged=resampled and dt is None)
     step = float(f"{(t[-1] - t[0]) / (len(t) - 1):.12g}") if dt is None else float(dt)
     off = np.abs(t - t[0] - step * np.arange(len(t)))
     if (off > UNEVEN * step).any() and (dt is not None or not resampled):
@@ -167,7 +182,24 @@ def _two_columns(path: Path, rows: list[Row], dt: float | None, resampled: bool)
         which = "equal steps, in the mean" if dt is None else "steps of the given dt ="
         raise ValueError(
             f"{path}, line {rows[k].number}: expected {which} {step:g} s, each time within {UNEVEN:.0%} of a step of "
-            f"where they put it, got t = {t[k]:g} s for {t[0] + k * step:g} s; interpolate by read_record(path, "
-            f"resample=dt), print times with more digits, or give the accelerations alone with their dt"
+            f"where they put it, got t = {t[k]:g} s for {t[0] + k * step:g} s; interpolate by resample=, a "
+            f"step in s, print times with more digits, or give the accelerations alone with their dt"
         )
     return Read(step, values, times=t if dt is None else None)
+
+
+def _require_no_gap(path: Path, rows: list[Row], t: Array, bridged: bool) -> None:
+    """Raise ValueError, or warn of what is bridged, where a step among equal ones is longer, as of missing lines."""
+    steps = np.diff(t)
+    middle = float(np.median(steps))
+    gaps = np.flatnonzero(steps > MISSING * middle)
+    if not gaps.size or not _alike(steps):
+        return
+    k = int(gaps[0])
+    what = (
+        f"{path}, line {rows[k + 1].number}: expected steps of {middle:g} s, as most are, got t = {t[k + 1]:g} s after "
+        f"{t[k]:g} s; gaps in all: {gaps.size}"
+    )
+    if not bridged:
+        raise ValueError(f"{what}; fill in what is missing, or bridge it linearly by resample=, a step in s")
+    warn(f"{what}, bridged linearly")

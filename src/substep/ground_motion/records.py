@@ -1,12 +1,13 @@
 """Ground motions from files of the formats that people have."""
 
+import re
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from pathlib import Path
 
 import numpy as np
 
 from ..core.arrays import Array
-from ..core.errors import called_as, real_number
+from ..core.errors import called_as, real_number, warn
 from ..core.loads import Record
 from ..core.units import UNITS, require_plausible, require_step, unit_named, unit_of
 from .columns import columns, starts_with_numbers
@@ -59,17 +60,26 @@ def read_record(
     given = None if unit is None else unit_of(unit)
     found = _read(path, lines, dt, unit, resampled=resample is not None)
     require_step(str(path), found.step)
-    named = found.unit
-    if named is None and (given is None or isinstance(unit, str)):
-        named = _unit_above(path, found.above)
+    forced = given is not None and not isinstance(unit, str)
+    named = found.unit or _unit_above(path, found.above, forced)
     if given is None and named is None:
         require_plausible(str(path), found.values, ", or name it in a comment above the data")
-    if given is not None and named is not None and given[1] != UNITS[named]:
-        raise ValueError(f"{path}: expected unit='{named}', as the file says, got {unit!r}; leave it out")
-    step, values = (
-        (found.step, found.values) if resample is None else (float(resample), _resampled(path, found, resample))
-    )
-    return Record(step, values, unit=(named or "m/s^2") if unit is None else unit, source=str(path))
+    if given is None and named is not None and named not in UNITS:
+        raise ValueError(
+            f"{path}: expected a unit of acceleration, one of {', '.join(UNITS)}, got '{named}'; give unit=, one of "
+            "these or a factor to m/s^2, or correct the text above the data"
+        )
+    if given is not None and given[1] != UNITS.get(named or "", given[1]):
+        if found.unit is not None or not forced:
+            raise ValueError(f"{path}: expected unit='{named}', as the file says, got {unit!r}; leave it out")
+        warn(f"{path}: taken in {given[0]}, as unit={unit!r} says, though the text above the data names {named}")
+    _require_no_filler(path, found)
+    source, step, values = str(path), found.step, found.values
+    if resample is not None:
+        step = float(resample)
+        values, error = _resampled(path, found, step)
+        source += f", resampled with an error of {error / (np.abs(found.values).max() or 1.0):.1%} of the peak"
+    return Record(step, values, unit=(named or "m/s^2") if unit is None else unit, source=source)
 
 
 def _read(path: Path, lines: list[str], dt: float | None, unit: str | float | None, resampled: bool) -> Read:
@@ -94,18 +104,42 @@ def _text(path: Path) -> str:
         return written.decode("cp1252", errors="replace")
 
 
-def _unit_above(path: Path, text: str) -> str | None:
-    """The unit that the text above the data names."""
+def _unit_above(path: Path, text: str, forced: bool) -> str | None:
+    """The unit that the text above the data names; forced: whether a factor is given, which counts
+    whatever that text is."""
     try:
         return unit_named(text)
     except ValueError as error:
+        if forced:
+            return None
         raise ValueError(f"{path}: {error}") from error
 
 
-def _resampled(path: Path, found: Read, step: float) -> Array:
-    """The accelerations in steps from the first time to the last, linear between those of the file."""
+def _require_no_filler(path: Path, found: Read) -> None:
+    """Raise ValueError for samples of nines, as -999, where no other one is near as large: they stand for none."""
+    size = np.abs(found.values)
+    largest = f"{size.max():.10g}"
+    others = size[size < size.max()]
+    if re.fullmatch(r"999+(\.9*)?", largest) and 10.0 * others.max(initial=0.0) < size.max():
+        k = int(size.argmax())
+        raise ValueError(
+            f"{path}: expected accelerations, got {found.values[k]:.10g} as number {k + 1} of them, which is likely "
+            "the filler of a missing one; put a number in its place"
+        )
+
+
+def _resampled(path: Path, found: Read, step: float) -> tuple[Array, float]:
+    """The accelerations in steps from the first time to the last, linear between those of the file, and the error.
+
+    That is the largest, in the file's unit, where a'' is what differences of the samples say.
+    """
     t = found.step * np.arange(len(found.values)) if found.times is None else found.times - found.times[0]
     n = int(t[-1] / step * (1.0 + 1e-9)) + 1
     if n < 2:
         raise ValueError(f"{path}: expected resample of at most the record's {t[-1]:g} s, got {step:g} s; give less")
-    return np.interp(step * np.arange(n), t, found.values)
+    x = step * np.arange(n)
+    h = np.diff(t)
+    bent = np.abs(np.diff(np.diff(found.values) / h) / (0.5 * (h[1:] + h[:-1])))  # |a''|
+    k = np.clip(np.searchsorted(t, x, side="right") - 1, 0, len(h) - 1)
+    error = 0.5 * (x - t[k]) * (t[k + 1] - x) * np.maximum(np.append(0.0, bent), np.append(bent, 0.0))[k]
+    return np.interp(x, t, found.values), float(error.max())

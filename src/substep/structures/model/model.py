@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...core.arrays import Array
 from ...core.loads import Load, Record, values_at
+from ...core.units import require_ground_motion
 from ..solvers.complementarity import complementary
 from ..solvers.factorization import SingularMatrix, Solver, factorize
 from ..solvers.matrices import (
@@ -341,11 +342,13 @@ class Model:
 
         record: ground acceleration a_g. direction: iota (N,), the displacement of each degree of freedom where the base
         moves by one, or names or numbers of those that do; 1.0 for all. Raises ValueError for another shape, unknown
-        names, a direction in which no free mass moves, and integers of which it is not plain whether they are
-        displacements or numbers of degrees of freedom.
+        names, a direction in which no free mass moves, integers of which it is not plain whether they are
+        displacements or numbers of degrees of freedom, and a record without a unit that is likely not in m/s^2 and s.
         """
         if not isinstance(record, Record):
             raise ValueError(f"expected the ground acceleration as ss.Record(dt, values), got {type(record).__name__}")
+        if record.unit == "":
+            require_ground_motion(record.dt, record.samples)
         iota = self.influence_of(direction)
         shape = -self.inertia_of(iota)
         return replace(self, loads=(*self.loads, (shape, record)), motions=(*self.motions, (iota, record)))
