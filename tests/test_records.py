@@ -267,7 +267,7 @@ def test_a_record_has_its_unit_and_source(tmp_path: Path) -> None:
 
 def test_the_ground_of_a_structure_is_checked_as_that_of_a_spectrum() -> None:
     """981 for 1 g moved the ground by metres, and a step of 10 ms was one of 10 s."""
-    s = ss.structure([1.0], [100.0])
+    s = ss.structure([[1.0]], [[100.0]])
     for dt, scale, message in ((0.01, 300.0, "expected the unit of accelerations, got none"), (10.0, 1.0, "10 ms are")):
         with pytest.raises(ValueError, match=message):
             s.ground_motion(ss.Record(dt, scale * VALUES), 1.0)

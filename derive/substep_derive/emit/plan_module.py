@@ -20,7 +20,7 @@ def plan_module(scheme: Scheme, source: str) -> str:
     """Text of a scheme's plan. Raises DeclarationError for coefficients that a plan has no systems for."""
     inside = scheme.in_kernels
     plan, start = Plan.of(inside), Plan.of_start(inside)
-    reasons = [why_no_contact(scheme, restitution=restitution) for restitution in (False, True)]
+    reasons = [why_no_contact(scheme, **asked) for asked in ({}, {"restitution": True}, {"friction": True})]
     if all(reasons):
         operations = (replace(o, contact=None) if isinstance(o, System) else o for o in plan.operations)
         plan = replace(plan, operations=tuple(operations))
@@ -34,6 +34,7 @@ def plan_module(scheme: Scheme, source: str) -> str:
         no_memory=repr(plan.no_memory),
         no_contact=repr(reasons[0]),
         no_restitution=repr(reasons[1]),
+        no_friction=repr(reasons[2]),
     )
     text += _function("step", "A step from t_n to t_n + h.", arguments, plan)
     if start is not None:

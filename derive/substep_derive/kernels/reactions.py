@@ -116,10 +116,11 @@ class Asked:
         return cls(at_positions > 0, by_velocity(motion), either, any(restitutions), scene.impulsive)
 
 
-def why_no_contact(scheme: Scheme, *, restitution: bool) -> str:
-    """Why the scheme takes no contacts of a structure, without restitution or with it; empty where it takes them."""
+def why_no_contact(scheme: Scheme, *, restitution: bool = False, friction: bool = False) -> str:
+    """Why the scheme takes no contacts of a structure, with restitution, or no frictions; empty where it takes them."""
+    rates = restitution or friction
     try:
-        _require_holding(scheme, Asked(not restitution, restitution, True, restitution, True))
+        _require_holding(scheme, Asked(not rates, rates, True, restitution, True))
     except DeclarationError as error:
         return str(error)
     return ""

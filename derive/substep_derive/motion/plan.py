@@ -46,7 +46,7 @@ class System:
     (u, v, tau) of rows where a sub-step ends with this system and what the internal force remembers is committed.
     joined: whether it is solved together with the system after it, whose unknown it reads too.
     contact: where a reaction that the balance is solved for acts, the newest displacement that moves with its force and
-    the velocity there, and the instant; and the share of that reaction in the mean of the step: see
+    the velocity there, and the instant; and of that reaction the share in the mean of the step, and the strength: see
     `step.times.impulses`. None for what is no balance, and of a scheme whose balances do not move both.
     """
 
@@ -59,7 +59,7 @@ class System:
     loads: tuple[tuple[Expr, Expr], ...] = ()
     commits: tuple[tuple[Row, Row, Expr], ...] = ()
     joined: bool = False
-    contact: tuple[Row, Row, Expr, Expr] | None = None
+    contact: tuple[Row, Row, Expr, Expr, Expr] | None = None
 
     @property
     def rows(self) -> dict[str, Row]:
@@ -247,13 +247,14 @@ class _Writer:
         if not step.stages[k].alone:
             return
         try:
-            share = impulses(step).weights[k]
+            of_reactions = impulses(step)
         except DeclarationError:
             return
         u, v = moved(step, step.stages[k])
         if u in step.unknowns and isinstance(system := self.operations[-1], System):
-            one = Integer(1)
-            self.operations[-1] = replace(system, contact=({u: one}, {v: one}, factor(self.instants[u]), share))
+            rows = {u: Integer(1)}, {v: Integer(1)}
+            numbers = factor(self.instants[u]), of_reactions.weights[k], of_reactions.strengths[k]
+            self.operations[-1] = replace(system, contact=(*rows, *numbers))
 
     def _forces(self, e: Expr) -> tuple[tuple[tuple[Expr, Row, Expr], ...], tuple[tuple[Expr, Row, Row], ...]]:
         """The terms w N(row), with their instants, and the terms w N(row, row), of an internal force."""

@@ -13,6 +13,7 @@ STATE = ('u_0', 'v_0',)
 NO_MEMORY = ''
 NO_CONTACT = ''
 NO_RESTITUTION = ''
+NO_FRICTION = ''
 
 
 def step(h):
@@ -24,7 +25,7 @@ def step(h):
             "M": {"a_1": 1},
             "C": {"v_1": 1},
             "N": [(1, {"u_1": 1}, 1)],
-            "contact": ({"u_1": 1}, {"v_1": 1}, 1, 1),
+            "contact": ({"u_1": 1}, {"v_1": 1}, 1, 1, 1),
             "f": [(1, 1)],
         }),
     ]

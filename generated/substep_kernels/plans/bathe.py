@@ -14,6 +14,7 @@ STATE = ('u_0', 'v_0', 'a_0',)
 NO_MEMORY = ''
 NO_CONTACT = ''
 NO_RESTITUTION = 'bathe does not keep the velocity that an impact leaves: expected one that is the same a step later, of which restitution is a share; take a scheme of one balance, such as average_acceleration'
+NO_FRICTION = ''
 
 
 def step(h):
@@ -26,7 +27,7 @@ def step(h):
             "C": {"v_g": 1},
             "N": [(1, {"u_g": 1}, 1/2)],
             "commit": [({"u_g": 1}, {"v_g": 1}, 1/2)],
-            "contact": ({"u_g": 1}, {"v_g": 1}, 1/2, 1/3),
+            "contact": ({"u_g": 1}, {"v_g": 1}, 1/2, 1/3, 2),
             "f": [(1, 1/2)],
         }),
         ("combine", "u_1", {"a_1": (1/9)*h**2, "u_0": -1/3, "u_g": 4/3, "v_0": -1/9*h, "v_g": (4/9)*h}),
@@ -35,7 +36,7 @@ def step(h):
             "M": {"a_1": 1},
             "C": {"v_1": 1},
             "N": [(1, {"u_1": 1}, 1)],
-            "contact": ({"u_1": 1}, {"v_1": 1}, 1, 1/3),
+            "contact": ({"u_1": 1}, {"v_1": 1}, 1, 1/3, 1),
             "f": [(1, 1)],
         }),
     ]

@@ -14,6 +14,7 @@ STATE = ('u_0', 'v_0', 'a_0',)
 NO_MEMORY = ''
 NO_CONTACT = ''
 NO_RESTITUTION = 'beta1_beta2_bathe does not keep the velocity that an impact leaves: expected one that is the same a step later, of which restitution is a share; take a scheme of one balance, such as average_acceleration'
+NO_FRICTION = ''
 
 
 def step(h, beta1_, beta2_, gamma_t_):
@@ -26,7 +27,7 @@ def step(h, beta1_, beta2_, gamma_t_):
             "C": {"v_g": 1},
             "N": [(1, {"u_g": 1}, gamma_t_)],
             "commit": [({"u_g": 1}, {"v_g": 1}, gamma_t_)],
-            "contact": ({"u_g": 1}, {"v_g": 1}, gamma_t_, beta1_*gamma_t_ + beta2_*gamma_t_ - beta2_ - gamma_t_ + 1),
+            "contact": ({"u_g": 1}, {"v_g": 1}, gamma_t_, beta1_*gamma_t_ + beta2_*gamma_t_ - beta2_ - gamma_t_ + 1, 2),
             "f": [(1, gamma_t_)],
         }),
         ("combine", "u_1", {"a_0": beta2_*gamma_t_*h**2*(beta1_ - 1)*(gamma_t_ - 1), "a_1": beta2_**2*h**2*(gamma_t_ - 1)**2, "a_g": -beta2_*h**2*(gamma_t_ - 1)*(beta1_*gamma_t_ + beta2_*gamma_t_ - beta2_ - gamma_t_ + 1), "u_0": 1, "v_0": -h*(beta1_*gamma_t_ + beta2_*gamma_t_ - beta2_ - gamma_t_), "v_g": h*(beta1_*gamma_t_ + beta2_*gamma_t_ - beta2_ - gamma_t_ + 1)}),
@@ -35,7 +36,7 @@ def step(h, beta1_, beta2_, gamma_t_):
             "M": {"a_1": 1},
             "C": {"v_1": 1},
             "N": [(1, {"u_1": 1}, 1)],
-            "contact": ({"u_1": 1}, {"v_1": 1}, 1, -beta2_*gamma_t_ + beta2_),
+            "contact": ({"u_1": 1}, {"v_1": 1}, 1, -beta2_*gamma_t_ + beta2_, (2*beta1_*gamma_t_ + 2*beta2_*gamma_t_ - 2*beta2_ - 2*gamma_t_ + 1)/(beta2_*gamma_t_ - beta2_)),
             "f": [(1, 1)],
         }),
     ]

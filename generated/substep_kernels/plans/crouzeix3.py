@@ -14,6 +14,7 @@ STATE = ('u_0', 'v_0',)
 NO_MEMORY = ''
 NO_CONTACT = 'crouzeix3 takes no force at the end of its steps: expected a reaction that holds the displacement there, which would drift from the constraint; take another scheme'
 NO_RESTITUTION = 'crouzeix3 does not keep the velocity that an impact leaves: expected one that is the same a step later, of which restitution is a share; take a scheme of one balance, such as average_acceleration'
+NO_FRICTION = 'crouzeix3 takes no force at the end of its steps: expected a reaction that holds the displacement there, which would drift from the constraint; take another scheme'
 
 
 def step(h, gamma_):

@@ -15,6 +15,7 @@ STATE = ('u_0', 'v_0',)
 NO_MEMORY = ''
 NO_CONTACT = 'crouzeix4 takes no force at the end of its steps: expected a reaction that holds the displacement there, which would drift from the constraint; take another scheme'
 NO_RESTITUTION = 'crouzeix4 does not keep the velocity that an impact leaves: expected one that is the same a step later, of which restitution is a share; take a scheme of one balance, such as average_acceleration'
+NO_FRICTION = 'crouzeix4 takes no force at the end of its steps: expected a reaction that holds the displacement there, which would drift from the constraint; take another scheme'
 
 
 def step(h, gamma_):

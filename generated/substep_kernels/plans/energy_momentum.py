@@ -13,6 +13,7 @@ STATE = ('u_0', 'v_0',)
 NO_MEMORY = 'energy_momentum takes the internal force as a discrete gradient of a potential: expected no law or material with a memory, which has no potential; take another scheme'
 NO_CONTACT = ''
 NO_RESTITUTION = ''
+NO_FRICTION = ''
 
 
 def step(h):
@@ -24,7 +25,7 @@ def step(h):
             "M": {"v_0": -1/h, "v_1": 1/h},
             "C": {"v_0": 1/2, "v_1": 1/2},
             "N_discrete": [(1, {"u_0": 1}, {"u_1": 1})],
-            "contact": ({"u_1": 1}, {"v_1": 1}, 1, 1),
+            "contact": ({"u_1": 1}, {"v_1": 1}, 1, 1, 1),
             "f": [(1, 1/2)],
         }),
     ]

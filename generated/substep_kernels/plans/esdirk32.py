@@ -15,6 +15,7 @@ STATE = ('u_0', 'v_0', 'a_0',)
 NO_MEMORY = ''
 NO_CONTACT = ''
 NO_RESTITUTION = 'esdirk32 does not keep the velocity that an impact leaves: expected one that is the same a step later, of which restitution is a share; take a scheme of one balance, such as average_acceleration'
+NO_FRICTION = ''
 
 
 def step(h, gamma_):
@@ -26,7 +27,7 @@ def step(h, gamma_):
             "M": {"a_p": 1},
             "C": {"v_p": 1},
             "N": [(1, {"u_p": 1}, 2*gamma_)],
-            "contact": ({"u_p": 1}, {"v_p": 1}, 2*gamma_, (20*gamma_**3 - 60*gamma_**2 + 26*gamma_ - 3)/(40*gamma_**2 - 12*gamma_)),
+            "contact": ({"u_p": 1}, {"v_p": 1}, 2*gamma_, (20*gamma_**3 - 60*gamma_**2 + 26*gamma_ - 3)/(40*gamma_**2 - 12*gamma_), 2),
             "f": [(1, 2*gamma_)],
         }),
         ("combine", "u_q", {"a_0": -1/5*gamma_*h**2*(5*gamma_ - 3), "a_p": -3/50*h**2*(10*gamma_ - 3), "a_q": gamma_**2*h**2, "u_0": 1, "v_0": (3/5)*h}),
@@ -35,7 +36,7 @@ def step(h, gamma_):
             "M": {"a_q": 1},
             "C": {"v_q": 1},
             "N": [(1, {"u_q": 1}, 3/5)],
-            "contact": ({"u_q": 1}, {"v_q": 1}, 3/5, (-50*gamma_**3 + 100*gamma_**2 - 25*gamma_)/(30*gamma_ - 9)),
+            "contact": ({"u_q": 1}, {"v_q": 1}, 3/5, (-50*gamma_**3 + 100*gamma_**2 - 25*gamma_)/(30*gamma_ - 9), (1/50)*(60*gamma_ - 9)/gamma_**2),
             "f": [(1, 3/5)],
         }),
         ("combine", "u_1", {"a_0": (1/12)*h**2*(40*gamma_**3 - 98*gamma_**2 + 44*gamma_ - 3), "a_1": gamma_**2*h**2, "a_p": (1/4)*h**2*(60*gamma_**3 - 166*gamma_**2 + 74*gamma_ - 9)/(10*gamma_ - 3), "a_q": -50/3*gamma_**2*h**2*(2*gamma_**2 - 4*gamma_ + 1)/(10*gamma_ - 3), "u_0": 1, "v_0": h}),
@@ -44,7 +45,7 @@ def step(h, gamma_):
             "M": {"a_1": 1},
             "C": {"v_1": 1},
             "N": [(1, {"u_1": 1}, 1)],
-            "contact": ({"u_1": 1}, {"v_1": 1}, 1, gamma_),
+            "contact": ({"u_1": 1}, {"v_1": 1}, 1, gamma_, 1),
             "f": [(1, 1)],
         }),
     ]

@@ -16,6 +16,7 @@ STATE = ('u_0', 'v_0', 'a_0',)
 NO_MEMORY = ''
 NO_CONTACT = ''
 NO_RESTITUTION = 'four_substep does not keep the velocity that an impact leaves: expected one that is the same a step later, of which restitution is a share; take a scheme of one balance, such as average_acceleration'
+NO_FRICTION = ''
 
 
 def step(h, rho_inf_, gamma_):
@@ -27,7 +28,7 @@ def step(h, rho_inf_, gamma_):
             "M": {"a_p": 1},
             "C": {"v_p": 1},
             "N": [(1, {"u_p": 1}, 2*gamma_)],
-            "contact": ({"u_p": 1}, {"v_p": 1}, 2*gamma_, -1/(96*gamma_**2 - 36*gamma_)),
+            "contact": ({"u_p": 1}, {"v_p": 1}, 2*gamma_, -1/(96*gamma_**2 - 36*gamma_), 2),
             "f": [(1, 2*gamma_)],
         }),
         ("combine", "u_q", {"a_0": -1/4*gamma_*h**2*(4*gamma_ - 3), "a_p": -3/32*h**2*(8*gamma_ - 3), "a_q": gamma_**2*h**2, "u_0": 1, "v_0": (3/4)*h}),
@@ -36,7 +37,7 @@ def step(h, rho_inf_, gamma_):
             "M": {"a_q": 1},
             "C": {"v_q": 1},
             "N": [(1, {"u_q": 1}, 3/4)],
-            "contact": ({"u_q": 1}, {"v_q": 1}, 3/4, (-384*gamma_**2 + 192*gamma_ - 16)/(72*gamma_ - 27)),
+            "contact": ({"u_q": 1}, {"v_q": 1}, 3/4, (-384*gamma_**2 + 192*gamma_ - 16)/(72*gamma_ - 27), (1/32)*(48*gamma_ - 9)/gamma_**2),
             "f": [(1, 3/4)],
         }),
         ("combine", "u_r", {"a_0": -1/648*h**2*(1032*gamma_**4 - 1080*gamma_**3 + 300*gamma_**2 - 52*gamma_ + 3)/gamma_**2, "a_p": -1/72*h**2*(576*gamma_**4 - 584*gamma_**3 + 180*gamma_**2 - 20*gamma_ + 1)/(gamma_**2*(8*gamma_ - 3)), "a_q": (16/81)*h**2*(24*gamma_**3 - 36*gamma_**2 + 12*gamma_ - 1)/(8*gamma_ - 3), "a_r": gamma_**2*h**2, "u_0": 1, "v_0": (2/3)*h}),
@@ -45,7 +46,7 @@ def step(h, rho_inf_, gamma_):
             "M": {"a_r": 1},
             "C": {"v_r": 1},
             "N": [(1, {"u_r": 1}, 2/3)],
-            "contact": ({"u_r": 1}, {"v_r": 1}, 2/3, (9/2)*gamma_),
+            "contact": ({"u_r": 1}, {"v_r": 1}, 2/3, (9/2)*gamma_, (1/108)*(120*gamma_**3 + 12*gamma_**2 - 12*gamma_ + 1)/gamma_**4),
             "f": [(1, 2/3)],
         }),
         ("combine", "u_1", {"a_0": -1/36*h**2*(24*gamma_**3 - 6*gamma_**2 - 10*gamma_ + 1)/gamma_, "a_1": gamma_**2*h**2, "a_p": (1/12)*h**2*(6*gamma_**2 - 1)/(gamma_*(8*gamma_ - 3)), "a_q": -4/9*h**2*(168*gamma_**3 - 60*gamma_**2 - 4*gamma_ + 1)/(8*gamma_ - 3), "a_r": 9*gamma_**2*h**2, "u_0": 1, "v_0": h}),
@@ -54,7 +55,7 @@ def step(h, rho_inf_, gamma_):
             "M": {"a_1": 1},
             "C": {"v_1": 1},
             "N": [(1, {"u_1": 1}, 1)],
-            "contact": ({"u_1": 1}, {"v_1": 1}, 1, gamma_),
+            "contact": ({"u_1": 1}, {"v_1": 1}, 1, gamma_, (1/24)*(96*gamma_**3 - 72*gamma_**2 + 16*gamma_ - 1)/gamma_**4),
             "f": [(1, 1)],
         }),
     ]

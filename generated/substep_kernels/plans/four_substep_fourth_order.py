@@ -16,6 +16,7 @@ STATE = ('u_0', 'v_0', 'a_0',)
 NO_MEMORY = ''
 NO_CONTACT = ''
 NO_RESTITUTION = 'four_substep_fourth_order does not keep the velocity that an impact leaves: expected one that is the same a step later, of which restitution is a share; take a scheme of one balance, such as average_acceleration'
+NO_FRICTION = ''
 
 
 def step(h):
@@ -27,7 +28,7 @@ def step(h):
             "M": {"a_p": 1},
             "C": {"v_p": 1},
             "N": [(1, {"u_p": 1}, 1)],
-            "contact": ({"u_p": 1}, {"v_p": 1}, 1, -5/24),
+            "contact": ({"u_p": 1}, {"v_p": 1}, 1, -5/24, 2),
             "f": [(1, 1)],
         }),
         ("combine", "u_q", {"a_0": (1/20)*h**2, "a_p": -3/25*h**2, "a_q": (1/4)*h**2, "u_0": 1, "v_0": (3/5)*h}),
@@ -36,7 +37,7 @@ def step(h):
             "M": {"a_q": 1},
             "C": {"v_q": 1},
             "N": [(1, {"u_q": 1}, 3/5)],
-            "contact": ({"u_q": 1}, {"v_q": 1}, 3/5, 25/24),
+            "contact": ({"u_q": 1}, {"v_q": 1}, 3/5, 25/24, 42/25),
             "f": [(1, 3/5)],
         }),
         ("combine", "u_r", {"a_0": -11/300*h**2, "a_p": -14/25*h**2, "a_q": (2/3)*h**2, "a_r": (1/4)*h**2, "u_0": 1, "v_0": (4/5)*h}),
@@ -45,7 +46,7 @@ def step(h):
             "M": {"a_r": 1},
             "C": {"v_r": 1},
             "N": [(1, {"u_r": 1}, 4/5)],
-            "contact": ({"u_r": 1}, {"v_r": 1}, 4/5, -25/48),
+            "contact": ({"u_r": 1}, {"v_r": 1}, 4/5, -25/48, 32/25),
             "f": [(1, 4/5)],
         }),
         ("combine", "u_1", {"a_0": (23/144)*h**2, "a_1": (1/4)*h**2, "a_p": -1/12*h**2, "a_q": (25/36)*h**2, "a_r": -25/48*h**2, "u_0": 1, "v_0": h}),
@@ -54,7 +55,7 @@ def step(h):
             "M": {"a_1": 1},
             "C": {"v_1": 1},
             "N": [(1, {"u_1": 1}, 1)],
-            "contact": ({"u_1": 1}, {"v_1": 1}, 1, 1/2),
+            "contact": ({"u_1": 1}, {"v_1": 1}, 1, 1/2, 2/3),
             "f": [(1, 1)],
         }),
     ]

@@ -13,6 +13,7 @@ STATE = ('u_0', 'v_0', 'a_0',)
 NO_MEMORY = ''
 NO_CONTACT = ''
 NO_RESTITUTION = ''
+NO_FRICTION = ''
 
 
 def step(h, alpha_m_, alpha_f_, beta_, gamma_):
@@ -24,7 +25,7 @@ def step(h, alpha_m_, alpha_f_, beta_, gamma_):
             "M": {"a_0": alpha_m_, "a_1": 1 - alpha_m_},
             "C": {"v_0": alpha_f_, "v_1": 1 - alpha_f_},
             "N": [(alpha_f_, {"u_0": 1}, 0), (1 - alpha_f_, {"u_1": 1}, 1)],
-            "contact": ({"u_1": 1}, {"v_1": 1}, 1, gamma_),
+            "contact": ({"u_1": 1}, {"v_1": 1}, 1, gamma_, 1/gamma_),
             "f": [(1, 1 - alpha_f_)],
         }),
     ]

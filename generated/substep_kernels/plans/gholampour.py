@@ -13,6 +13,7 @@ STATE = ('u_0', 'v_0', 'a_0', 'a_m1',)
 NO_MEMORY = ''
 NO_CONTACT = ''
 NO_RESTITUTION = ''
+NO_FRICTION = ''
 
 
 def step(h, delta_, alpha_g_):
@@ -24,7 +25,7 @@ def step(h, delta_, alpha_g_):
             "M": {"a_1": 1},
             "C": {"v_1": 1},
             "N": [(1, {"u_1": 1}, 1)],
-            "contact": ({"u_1": 1}, {"v_1": 1}, 1, delta_ + 1/4),
+            "contact": ({"u_1": 1}, {"v_1": 1}, 1, delta_ + 1/4, 4/(4*delta_ + 1)),
             "f": [(1, 1)],
         }),
     ]

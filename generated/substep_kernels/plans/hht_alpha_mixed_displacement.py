@@ -13,6 +13,7 @@ STATE = ('u_0', 'v_0', 'a_0',)
 NO_MEMORY = ''
 NO_CONTACT = ''
 NO_RESTITUTION = ''
+NO_FRICTION = ''
 
 
 def step(h, alpha_):
@@ -24,7 +25,7 @@ def step(h, alpha_):
             "M": {"a_1": 1},
             "C": {"v_0": -alpha_, "v_1": alpha_ + 1},
             "N": [(1, {"u_0": -alpha_, "u_1": alpha_ + 1}, alpha_ + 1)],
-            "contact": ({"u_1": 1}, {"v_1": 1}, 1, 1/2 - alpha_),
+            "contact": ({"u_1": 1}, {"v_1": 1}, 1, 1/2 - alpha_, -2/(2*alpha_ - 1)),
             "f": [(1, alpha_ + 1)],
         }),
     ]

@@ -14,6 +14,7 @@ STATE = ('u_0', 'v_0', 'a_0',)
 NO_MEMORY = ''
 NO_CONTACT = 'noh_bathe is explicit: expected each balance to move the displacement that it takes the force at, so that a pressure holds a gap there; take an implicit scheme, give contacts a restitution, or leave them out'
 NO_RESTITUTION = 'noh_bathe does not keep the velocity that an impact leaves: expected one that is the same a step later, of which restitution is a share; take a scheme of one balance, such as average_acceleration'
+NO_FRICTION = ''
 
 
 def step(h, p_):
@@ -27,6 +28,7 @@ def step(h, p_):
             "C": {"a_0": h*p_, "v_0": 1},
             "N": [(1, {"u_p": 1}, p_)],
             "commit": [({"u_p": 1}, {"v_p": 1}, p_)],
+            "contact": ({"u_p": 1}, {"v_p": 1}, p_, (1/2)*(1 - p_)/p_, 2),
             "f": [(1, p_)],
         }),
         ("combine", "v_1", {"a_0": -1/2*h*(p_ - 1)*(2*p_ - 1)/p_, "a_1": (1/2)*h*p_, "a_p": -1/2*h*(p_**2 + p_ - 1)/p_, "v_p": 1}),
@@ -34,6 +36,7 @@ def step(h, p_):
             "M": {"a_1": 1},
             "C": {"a_p": -h*(p_ - 1), "v_p": 1},
             "N": [(1, {"u_1": 1}, 1)],
+            "contact": ({"u_1": 1}, {"v_1": 1}, 1, (1/2)*p_, (4*p_ - 2)/p_**2),
             "f": [(1, 1)],
         }),
     ]

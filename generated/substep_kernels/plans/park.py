@@ -13,6 +13,7 @@ STATE = ('u_0', 'v_0', 'u_m1', 'v_m1', 'u_m2', 'v_m2',)
 NO_MEMORY = ''
 NO_CONTACT = ''
 NO_RESTITUTION = 'park does not keep the velocity that an impact leaves: expected one that is the same a step later, of which restitution is a share; take a scheme of one balance, such as average_acceleration'
+NO_FRICTION = ''
 
 
 def step(h):
@@ -24,7 +25,7 @@ def step(h):
             "M": {"a_1": 1},
             "C": {"v_1": 1},
             "N": [(1, {"u_1": 1}, 1)],
-            "contact": ({"u_1": 1}, {"v_1": 1}, 1, 1),
+            "contact": ({"u_1": 1}, {"v_1": 1}, 1, 1, 1),
             "f": [(1, 1)],
         }),
     ]

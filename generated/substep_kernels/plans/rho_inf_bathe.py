@@ -14,6 +14,7 @@ STATE = ('u_0', 'v_0', 'a_0',)
 NO_MEMORY = ''
 NO_CONTACT = ''
 NO_RESTITUTION = 'rho_inf_bathe does not keep the velocity that an impact leaves: expected one that is the same a step later, of which restitution is a share; take a scheme of one balance, such as average_acceleration'
+NO_FRICTION = ''
 
 
 def step(h, rho_inf_, gamma_t_):
@@ -26,7 +27,7 @@ def step(h, rho_inf_, gamma_t_):
             "C": {"v_g": 1},
             "N": [(1, {"u_g": 1}, gamma_t_)],
             "commit": [({"u_g": 1}, {"v_g": 1}, gamma_t_)],
-            "contact": ({"u_g": 1}, {"v_g": 1}, gamma_t_, (rho_inf_ + 1)/(2*gamma_t_*rho_inf_ - 2*gamma_t_ + 4)),
+            "contact": ({"u_g": 1}, {"v_g": 1}, gamma_t_, (rho_inf_ + 1)/(2*gamma_t_*rho_inf_ - 2*gamma_t_ + 4), 2),
             "f": [(1, gamma_t_)],
         }),
         ("combine", "u_1", {"a_0": -1/2*h**2*(gamma_t_ - 1)*(2*gamma_t_*rho_inf_ - rho_inf_ + 1)/(gamma_t_*rho_inf_ - gamma_t_ + 2)**2, "a_1": h**2*(gamma_t_ - 1)**2/(gamma_t_*rho_inf_ - gamma_t_ + 2)**2, "a_g": -1/2*h**2*(gamma_t_ - 1)*(rho_inf_ + 1)/(gamma_t_*rho_inf_ - gamma_t_ + 2)**2, "u_0": 1, "v_0": (1/2)*h*(2*gamma_t_*rho_inf_ - 2*gamma_t_ - rho_inf_ + 3)/(gamma_t_*rho_inf_ - gamma_t_ + 2), "v_g": (1/2)*h*(rho_inf_ + 1)/(gamma_t_*rho_inf_ - gamma_t_ + 2)}),
@@ -35,7 +36,7 @@ def step(h, rho_inf_, gamma_t_):
             "M": {"a_1": 1},
             "C": {"v_1": 1},
             "N": [(1, {"u_1": 1}, 1)],
-            "contact": ({"u_1": 1}, {"v_1": 1}, 1, (1 - gamma_t_)/(gamma_t_*rho_inf_ - gamma_t_ + 2)),
+            "contact": ({"u_1": 1}, {"v_1": 1}, 1, (1 - gamma_t_)/(gamma_t_*rho_inf_ - gamma_t_ + 2), 1 - rho_inf_),
             "f": [(1, 1)],
         }),
     ]

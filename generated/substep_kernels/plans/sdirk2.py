@@ -14,6 +14,7 @@ STATE = ('u_0', 'v_0',)
 NO_MEMORY = ''
 NO_CONTACT = ''
 NO_RESTITUTION = 'sdirk2 does not keep the velocity that an impact leaves: expected one that is the same a step later, of which restitution is a share; take a scheme of one balance, such as average_acceleration'
+NO_FRICTION = ''
 
 
 def step(h, gamma_):
@@ -25,7 +26,7 @@ def step(h, gamma_):
             "M": {"a_p": 1},
             "C": {"v_p": 1},
             "N": [(1, {"u_p": 1}, gamma_)],
-            "contact": ({"u_p": 1}, {"v_p": 1}, gamma_, 1 - gamma_),
+            "contact": ({"u_p": 1}, {"v_p": 1}, gamma_, 1 - gamma_, 1),
             "f": [(1, gamma_)],
         }),
         ("combine", "u_1", {"a_1": gamma_**2*h**2, "a_p": -2*gamma_*h**2*(gamma_ - 1), "u_0": 1, "v_0": h}),
@@ -34,7 +35,7 @@ def step(h, gamma_):
             "M": {"a_1": 1},
             "C": {"v_1": 1},
             "N": [(1, {"u_1": 1}, 1)],
-            "contact": ({"u_1": 1}, {"v_1": 1}, 1, gamma_),
+            "contact": ({"u_1": 1}, {"v_1": 1}, 1, gamma_, 1),
             "f": [(1, 1)],
         }),
     ]

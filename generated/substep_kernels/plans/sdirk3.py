@@ -15,6 +15,7 @@ STATE = ('u_0', 'v_0',)
 NO_MEMORY = ''
 NO_CONTACT = ''
 NO_RESTITUTION = 'sdirk3 does not keep the velocity that an impact leaves: expected one that is the same a step later, of which restitution is a share; take a scheme of one balance, such as average_acceleration'
+NO_FRICTION = ''
 
 
 def step(h, gamma_):
@@ -26,7 +27,7 @@ def step(h, gamma_):
             "M": {"a_p": 1},
             "C": {"v_p": 1},
             "N": [(1, {"u_p": 1}, gamma_)],
-            "contact": ({"u_p": 1}, {"v_p": 1}, gamma_, -3/2*gamma_**2 + 4*gamma_ - 1/4),
+            "contact": ({"u_p": 1}, {"v_p": 1}, gamma_, -3/2*gamma_**2 + 4*gamma_ - 1/4, 1),
             "f": [(1, gamma_)],
         }),
         ("combine", "u_q", {"a_p": -gamma_*h**2*(gamma_ - 1), "a_q": gamma_**2*h**2, "u_0": 1, "v_0": (1/2)*h*(gamma_ + 1)}),
@@ -35,7 +36,7 @@ def step(h, gamma_):
             "M": {"a_q": 1},
             "C": {"v_q": 1},
             "N": [(1, {"u_q": 1}, (1/2)*(gamma_ + 1))],
-            "contact": ({"u_q": 1}, {"v_q": 1}, (1/2)*(gamma_ + 1), (3/2)*gamma_**2 - 5*gamma_ + 5/4),
+            "contact": ({"u_q": 1}, {"v_q": 1}, (1/2)*(gamma_ + 1), (3/2)*gamma_**2 - 5*gamma_ + 5/4, 1),
             "f": [(1, (1/2)*gamma_ + 1/2)],
         }),
         ("combine", "u_1", {"a_1": gamma_**2*h**2, "a_p": -1/8*h**2*(30*gamma_**3 - 90*gamma_**2 + 29*gamma_ - 5), "a_q": (1/2)*gamma_*h**2*(6*gamma_**2 - 20*gamma_ + 5), "u_0": 1, "v_0": h}),
@@ -44,7 +45,7 @@ def step(h, gamma_):
             "M": {"a_1": 1},
             "C": {"v_1": 1},
             "N": [(1, {"u_1": 1}, 1)],
-            "contact": ({"u_1": 1}, {"v_1": 1}, 1, gamma_),
+            "contact": ({"u_1": 1}, {"v_1": 1}, 1, gamma_, 1),
             "f": [(1, 1)],
         }),
     ]

@@ -13,6 +13,7 @@ STATE = ('u_0', 'v_0',)
 NO_MEMORY = ''
 NO_CONTACT = ''
 NO_RESTITUTION = ''
+NO_FRICTION = ''
 
 
 def step(h, theta_):
@@ -24,7 +25,7 @@ def step(h, theta_):
             "M": {"v_0": -1/h, "v_1": 1/h},
             "C": {"v_0": 1 - theta_, "v_1": theta_},
             "N": [(1 - theta_, {"u_0": 1}, 0), (theta_, {"u_1": 1}, 1)],
-            "contact": ({"u_1": 1}, {"v_1": 1}, 1, 1),
+            "contact": ({"u_1": 1}, {"v_1": 1}, 1, 1, 1),
             "f": [(1 - theta_, 0), (theta_, 1)],
         }),
     ]

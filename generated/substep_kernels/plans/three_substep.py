@@ -15,6 +15,7 @@ STATE = ('u_0', 'v_0', 'a_0',)
 NO_MEMORY = ''
 NO_CONTACT = ''
 NO_RESTITUTION = 'three_substep does not keep the velocity that an impact leaves: expected one that is the same a step later, of which restitution is a share; take a scheme of one balance, such as average_acceleration'
+NO_FRICTION = ''
 
 
 def step(h, rho_inf_, gamma_):
@@ -27,7 +28,7 @@ def step(h, rho_inf_, gamma_):
             "C": {"v_g": 1},
             "N": [(1, {"u_g": 1}, gamma_)],
             "commit": [({"u_g": 1}, {"v_g": 1}, gamma_)],
-            "contact": ({"u_g": 1}, {"v_g": 1}, gamma_, -1/4*gamma_*rho_inf_ - 1/4*gamma_ + 1/2),
+            "contact": ({"u_g": 1}, {"v_g": 1}, gamma_, -1/4*gamma_*rho_inf_ - 1/4*gamma_ + 1/2, 2),
             "f": [(1, gamma_)],
         }),
         ("combine", "u_k", {"a_g": (1/4)*gamma_**2*h**2, "a_k": (1/4)*gamma_**2*h**2, "u_g": 1, "v_g": gamma_*h}),
@@ -37,7 +38,7 @@ def step(h, rho_inf_, gamma_):
             "C": {"v_k": 1},
             "N": [(1, {"u_k": 1}, 2*gamma_)],
             "commit": [({"u_k": 1}, {"v_k": 1}, 2*gamma_)],
-            "contact": ({"u_k": 1}, {"v_k": 1}, 2*gamma_, (1/8)*(gamma_**2*rho_inf_ + gamma_**2 - 4*gamma_ + 2)/gamma_),
+            "contact": ({"u_k": 1}, {"v_k": 1}, 2*gamma_, (1/8)*(gamma_**2*rho_inf_ + gamma_**2 - 4*gamma_ + 2)/gamma_, 0),
             "f": [(1, 2*gamma_)],
         }),
         ("combine", "u_1", {"a_0": (1/16)*h**2*(gamma_**2*rho_inf_ - 3*gamma_**2 + 8*gamma_ - 2), "a_1": (1/4)*gamma_**2*h**2, "a_g": -1/8*gamma_*h**2*(gamma_*rho_inf_ + gamma_ - 2), "a_k": (1/16)*h**2*(gamma_**2*rho_inf_ + gamma_**2 - 4*gamma_ + 2), "u_0": 1, "v_0": (1/8)*h*(gamma_**2*rho_inf_ + gamma_**2 + 8*gamma_ - 2)/gamma_, "v_g": -1/4*h*(gamma_*rho_inf_ + gamma_ - 2), "v_k": (1/8)*h*(gamma_**2*rho_inf_ + gamma_**2 - 4*gamma_ + 2)/gamma_}),
@@ -46,7 +47,7 @@ def step(h, rho_inf_, gamma_):
             "M": {"a_1": 1},
             "C": {"v_1": 1},
             "N": [(1, {"u_1": 1}, 1)],
-            "contact": ({"u_1": 1}, {"v_1": 1}, 1, (1/2)*gamma_),
+            "contact": ({"u_1": 1}, {"v_1": 1}, 1, (1/2)*gamma_, rho_inf_ + 1),
             "f": [(1, 1)],
         }),
     ]

@@ -15,6 +15,7 @@ STATE = ('u_0', 'v_0', 'a_0',)
 NO_MEMORY = ''
 NO_CONTACT = ''
 NO_RESTITUTION = 'trbdf3 does not keep the velocity that an impact leaves: expected one that is the same a step later, of which restitution is a share; take a scheme of one balance, such as average_acceleration'
+NO_FRICTION = ''
 
 
 def step(h):
@@ -27,7 +28,7 @@ def step(h):
             "C": {"v_g": 1},
             "N": [(1, {"u_g": 1}, 1/3)],
             "commit": [({"u_g": 1}, {"v_g": 1}, 1/3)],
-            "contact": ({"u_g": 1}, {"v_g": 1}, 1/3, 149/648),
+            "contact": ({"u_g": 1}, {"v_g": 1}, 1/3, 149/648, 2),
             "f": [(1, 1/3)],
         }),
         ("combine", "u_k", {"a_k": (4/81)*h**2, "u_0": -1/3, "u_g": 4/3, "v_0": -2/27*h, "v_g": (8/27)*h}),
@@ -37,7 +38,7 @@ def step(h):
             "C": {"v_k": 1},
             "N": [(1, {"u_k": 1}, 2/3)],
             "commit": [({"u_k": 1}, {"v_k": 1}, 2/3)],
-            "contact": ({"u_k": 1}, {"v_k": 1}, 2/3, 19/81),
+            "contact": ({"u_k": 1}, {"v_k": 1}, 2/3, 19/81, 1),
             "f": [(1, 2/3)],
         }),
         ("combine", "u_1", {"a_1": (1/18)*h**2, "u_0": 1/2, "u_g": -2, "u_k": 5/2}),
@@ -46,7 +47,7 @@ def step(h):
             "M": {"a_1": 1},
             "C": {"v_1": 1},
             "N": [(1, {"u_1": 1}, 1)],
-            "contact": ({"u_1": 1}, {"v_1": 1}, 1, 11/36),
+            "contact": ({"u_1": 1}, {"v_1": 1}, 1, 11/36, 1),
             "f": [(1, 1)],
         }),
     ]

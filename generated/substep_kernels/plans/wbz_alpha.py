@@ -13,6 +13,7 @@ STATE = ('u_0', 'v_0', 'a_0',)
 NO_MEMORY = ''
 NO_CONTACT = ''
 NO_RESTITUTION = ''
+NO_FRICTION = ''
 
 
 def step(h, alpha_B_):
@@ -24,7 +25,7 @@ def step(h, alpha_B_):
             "M": {"a_0": alpha_B_, "a_1": 1 - alpha_B_},
             "C": {"v_1": 1},
             "N": [(1, {"u_1": 1}, 1)],
-            "contact": ({"u_1": 1}, {"v_1": 1}, 1, 1/2 - alpha_B_),
+            "contact": ({"u_1": 1}, {"v_1": 1}, 1, 1/2 - alpha_B_, -2/(2*alpha_B_ - 1)),
             "f": [(1, 1)],
         }),
     ]

@@ -13,6 +13,7 @@ STATE = ('u_0', 'v_0', 'a_0',)
 NO_MEMORY = ''
 NO_CONTACT = 'wilson_theta takes no force at the end of its steps: expected a reaction that holds the displacement there, which would drift from the constraint; take another scheme'
 NO_RESTITUTION = 'wilson_theta does not keep the velocity that an impact leaves: expected one that is the same a step later, of which restitution is a share; take a scheme of one balance, such as average_acceleration'
+NO_FRICTION = 'wilson_theta takes no force at the end of its steps: expected a reaction that holds the displacement there, which would drift from the constraint; take another scheme'
 
 
 def step(h, theta_):

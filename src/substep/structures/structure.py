@@ -130,6 +130,7 @@ def structure(
     constraints: Any = None,
     contacts: Any = None,
     restitution: Any = None,
+    friction: Any = None,
     remembered: bool = False,
     names: Sequence[str] = (),
     solver: Solver = "auto",
@@ -159,7 +160,9 @@ def structure(
     N, for `fixed`, `load` and `dofs`.
     contacts: a mapping of names to pairs of a row of B (N,), as of a spring, and a gap g0, in the units of u; or of
     rows (s, N) and gaps (s,). A reaction of that name keeps g0 + B u from becoming negative. restitution: for all of
-    them, or by name, the share of the velocity that closed a gap with which it opens, from 0 to 1; remembered: whether
+    them, or by name, the share of the velocity that closed a gap with which it opens, from 0 to 1; friction: a mapping
+    of names to pairs of a row of B and a limit, the force that acts along it against sliding at most, in the units of
+    the load, or a mapping from contacts to coefficients of friction; remembered: whether
     the acceleration that a scheme keeps is with that of the reactions, as degrees of freedom without mass need it: see
     docs/constraints.md and `substep.redistributed_mass`.
     solver: "auto", "dense", "superlu", "pardiso", "cholmod", or a function from a matrix to a function b -> x.
@@ -222,7 +225,7 @@ def structure(
         at_rest = equilibrium(loaded)
         tangent_there = stiffness if internal is None else internal.at_start(at_rest, free["v0"])[0]
         loaded = replace(loaded, u0=at_rest, K=tangent_there, static=True)
-    if touching := contacts_of(contacts, restitution, T, known, remembered=remembered):
+    if touching := contacts_of(contacts, restitution, friction, T, known, remembered=remembered):
         loaded = replace(loaded, contacts=touching)
         touching.require_open(loaded.u0)
         loaded.pushed  # noqa: B018 (raises for contacts without mass)

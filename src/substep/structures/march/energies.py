@@ -9,6 +9,7 @@ from ...core.arrays import Array, dot
 from ...core.errors import warn
 from ...core.response import Status
 from ...core.schemes import Scheme
+from ..model.contacts import Contacts
 from ..model.memory import Memory, Recalled, RememberingForce
 from ..model.model import Model
 from ..model.rayleigh import Rayleigh
@@ -86,11 +87,13 @@ class Energies(NamedTuple):
         return cls.of(s, both, t, s.load_values(np.array([t]))[0], memory)
 
     def after(
-        self, s: Model, both: Array, t: float, h: float, loads: Array, half: Array, memory: Memory | None
-    ) -> "Energies":
+        self, s: Model, both: Array, t: float, h: float, loads: Array, half: Array, memory: Memory | None,
+        reactions: Array | None = None,
+    ) -> "Energies":  # fmt: skip
         """After a step of length h to u, v, `both` (2, n), at the time t, under these loads (J,), `half` at its middle.
 
-        memory: what an internal force remembers then. What it does not give back is damped energy.
+        memory: what an internal force remembers then. What it does not give back is damped energy, as is what
+        frictions among the contacts take, under the mean reactions (d,) of the step.
 
         The rules of the work take products of forces and motions. Here these are rows: motions over the change of u and
         v at both ends, forces over the loads and what there is of an internal force to add up, at the start, the middle
@@ -105,7 +108,10 @@ class Energies(NamedTuple):
         change, *ends = np.eye(3)
         forces = [self.loads, half, loads]
         known = np.column_stack([new.moved[:, 0] - self.moved[:, 0], self.moved[:, 1], new.moved[:, 1]])
-        work, damped = 0.5 * float((self.loads + loads) @ known[:, 0]), 0.0
+        work = 0.5 * float((self.loads + loads) @ known[:, 0])
+        damped, contacts = 0.0, s.contacts
+        if isinstance(contacts, Contacts) and reactions is not None:
+            damped = contacts.rubbed(reactions, motions[0])
         if s.internal is not None and self.held is not None and between is not None and new.held is not None:
             of_force = inner_products(np.array([self.held, between, new.held]), motions)
             own = 0.5 * float(of_force[0, 0] + of_force[2, 0])

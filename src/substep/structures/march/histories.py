@@ -113,15 +113,15 @@ class Histories(Kept):
         if self.springs is not None and memory is not None:
             self.springs.add(step.t, *combined(march.steps.report[:2], X), memory, kept=kept)
             self.springs.shortened = march.shortened
-        if energies is not None:
-            both = combined(march.steps.report[:2], X)
-            energies = energies.after(self.run.structure, both, step.t, step.h, *self._loads(done), memory)
-            if kept:
-                self.accounts.append(np.array([energies.row]))
         reactions = None
         if self.touched:
             reactions, gaps = march.touched(X)
             self.touched += [np.array([reactions, gaps])] if kept else []
+        if energies is not None:
+            both = combined(march.steps.report[:2], X)
+            energies = energies.after(self.run.structure, both, step.t, step.h, *self._loads(done), memory, reactions)
+            if kept:
+                self.accounts.append(np.array([energies.row]))
         if kept:
             self._put(done // self.stride, self.select(march.steps.report[: self.kinds], X))
         state = combined(march.steps.out, X) if self.saved is not None and own else None

@@ -3,7 +3,8 @@
 A balance is solved for its unknown z without reactions, and then for them: z moves by A^-1 B^T c p, A its effective
 matrix, c the factor of z in its inertia, so that p accelerates by M^-1 B^T p, whatever weight the balance gives to
 forces. Of each gap at the displacement that z moves and its reaction p one is 0; with restitution e, where the motion
-from t_n on would close the gap, of the velocity that opens it and p: see docs/constraints.md. That takes d solutions
+from t_n on would close the gap, of the velocity that opens it and p: see docs/constraints.md. A friction is at its
+limit against the velocity there, or that is 0; what limits it is its strength in this balance. That takes d solutions
 with A once for each factorization, and a problem in d unknowns a balance.
 
 Where reactions are not remembered, their acceleration, a vector behind the unknowns, is taken off what a step keeps.
@@ -19,7 +20,6 @@ import numpy as np
 from ...core.arrays import Array
 from ..model.contacts import Contacts
 from ..model.model import Model
-from ..solvers.complementarity import complementary
 from .scheme_plan import Touch
 
 Solve = Callable[[Array], Array]
@@ -71,13 +71,13 @@ class Pressing:
         None for nothing; the reactions are changed. Raises NotFound where there are none.
         """
         q = self._free(X, z)
-        if not self.p.any() and (q >= 0.0).all():
+        if not self.p.any() and (q >= 0.0).all() and not self.contacts.sliding.any():
             return None
         if self.factors is not factors:
             self.factors = factors
             self.moved = factors(self.weight / scale * self.contacts.forces(self.structure.size))
             self.compliance = self.contacts.rows @ self.moved[self.contacts.columns]
-        found = complementary(q - self.compliance @ self.p, self.compliance, self.p)
+        found = self.contacts.reactions(q - self.compliance @ self.p, self.compliance, self.p, self.touch.strength)
         more, self.p = found - self.p, found
         return self.moved @ more, -self.weight * self._spread(more)
 
@@ -121,7 +121,7 @@ class Pressing:
             found[held] = gaps[held] / c_u
         if bouncing.any():
             opens = contacts.rows @ (v + c_v * z[contacts.columns])
-            closes = contacts.gaps0 + contacts.rows @ ahead <= 0.0
+            closes = (contacts.gaps0 + contacts.rows @ ahead <= 0.0) | contacts.sliding
             opens += contacts.restitution * (contacts.rows @ before)
             found[bouncing] = np.where(closes, opens / c_v, np.inf)[bouncing]
         return found

@@ -98,17 +98,18 @@ def require_contacts(structure: Model, scheme: Scheme, who: str, systems: Sequen
             "its own, where the reactions of nonlinear constraints of a structure act; take another scheme, or declare "
             "the structure as a scene"
         )
-    kinds = structure.contacts.bouncing.tolist() if isinstance(structure.contacts, Contacts) else [False]
-    for restitution in sorted(set(kinds)):
-        if why := why_no_contact(scheme, restitution=restitution):
+    kinds = structure.contacts.kinds if isinstance(structure.contacts, Contacts) else ["gap"]
+    for kind in kinds:
+        if why := why_no_contact(scheme, kind):
             raise ValueError(why)
-        if any(x.touch is not None and x.touch.rows[int(restitution), x.place] == 0.0 for x in systems):
-            what = "velocity" if restitution else "displacement"
+        if any(x.touch is not None and x.touch.rows[int(kind != "gap"), x.place] == 0.0 for x in systems):
+            what = "displacement" if kind == "gap" else "velocity"
             raise ValueError(
                 f"{who} does not move the {what} at which it takes the force: expected one that it moves, so that a "
                 "reaction acts there; take another scheme, or give contacts restitution= where the scheme is explicit"
             )
-    require_error_decay(f"a structure with {structure.contacts.kind}", scheme)
+    if kinds != ["friction"]:
+        require_error_decay(f"a structure with {structure.contacts.kind}", scheme)
 
 
 def _at_a_mean(system: System) -> bool:

@@ -110,7 +110,8 @@ class StructureResponse(Response):
         """What was remembered, by name: (n+1, s) of springs, NaN where a law has no such name; (n+1, ...) of states.
 
         Of each contact the constant reaction (n+1,) that has the impulse of the step, 0 at the start, or the last one
-        where they are remembered; of each constraint its multiplier; (n+1, s) of one of several rows.
+        where they are remembered; of each friction such a force, on the side of K u; of each constraint its multiplier;
+        (n+1, s) of one of several rows.
         """
         force, kept = self.structure.internal, self.remembered
         found = {} if kept is None or not isinstance(force, RememberingForce) else force.named(kept)
@@ -122,7 +123,8 @@ class StructureResponse(Response):
 
         Of each constraint what is left of g.
         """
-        return self._touching(1)
+        contacts, found = self.structure.contacts, self._touching(1)
+        return found if contacts is None else {name: x for name, x in found.items() if name not in contacts.frictions}
 
     def _touching(self, which: int) -> dict[str, Array]:
         """Of contacts the reactions, or the gaps, by name."""

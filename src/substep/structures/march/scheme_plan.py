@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, lru_cache
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,11 +41,12 @@ class Commit(NamedTuple):
 class Touch(NamedTuple):
     """Where the reaction of a balance acts: rows (4, V) of u and v there, of u where v at t_n leads, and of v at t_n.
 
-    share: of the reaction in the mean of the step.
+    share: of the reaction in the mean of the step. strength: that of one which is 1 in all of the step.
     """
 
     rows: Array
     share: float
+    strength: float
 
 
 @dataclass(frozen=True)
@@ -198,10 +199,9 @@ def why_no_memory(scheme: Scheme) -> str:
     return _module(scheme).NO_MEMORY
 
 
-def why_no_contact(scheme: Scheme, *, restitution: bool) -> str:
-    """Why the scheme takes no contacts, without restitution or with it; empty where it takes them."""
-    module = _module(scheme)
-    return module.NO_RESTITUTION if restitution else module.NO_CONTACT
+def why_no_contact(scheme: Scheme, kind: Literal["gap", "restitution", "friction"]) -> str:
+    """Why the scheme takes no contacts of a kind; empty where it takes them."""
+    return getattr(_module(scheme), {"gap": "NO_CONTACT"}.get(kind, f"NO_{kind.upper()}"))
 
 
 def _values(scheme: Scheme, module: ModuleType) -> list[float]:
@@ -260,9 +260,9 @@ def _steps(
                 committed.append((row(u), float(instant)))
                 yield Commit(row(u), row(v), h * (instant - last))
 
-    def touch(u: Row, v: Row, instant: float, share: float) -> Touch:
+    def touch(u: Row, v: Row, instant: float, *of_reaction: float) -> Touch:
         at_start = ({"u_0": 1.0, "v_0": h * instant}, {"v_0": 1.0}) if "v_0" in places else ({}, {})
-        return Touch(np.array([row(x) for x in (u, v, *at_start)]), float(share))
+        return Touch(np.array([row(x) for x in (u, v, *at_start)]), *map(float, of_reaction))
 
     systems = list[System]()
     for kind, name, body in operations:

@@ -11,6 +11,7 @@ from ...core.arrays import Array
 from ...core.loads import Load, values_at
 from ...core.schemes import Scheme
 from ...run.clock import AT_ZERO, Begin
+from ..model.contacts import Contacts
 from ..model.memory import Memory, Recalled, RememberingForce
 from ..model.model import Model
 from ..solvers.combine import combined
@@ -119,6 +120,8 @@ class StructureSteps:
         assert contacts is not None
         each = [(x.touch.share, x.p) for x in self.pressings if x is not None]
         shared = each[-1][1] if contacts.remembered else sum((w * p for w, p in each), np.zeros(contacts.size))
+        if isinstance(contacts, Contacts):
+            shared = contacts.reported(shared)
         return np.array([shared, contacts.gaps(combined(self.steps.report[:1], X)[0])])
 
     def commit(self, X: Array, t: float) -> None:
