@@ -106,6 +106,16 @@ def test_a_parameter_that_people_write_is_answered_by_ours(given: dict[str, floa
         ss.scene("linear_oscillator", **given)
 
 
+@pytest.mark.parametrize(("name", "parameter"), [("hht_alpha", "alpha"), ("wbz_alpha", "alpha_B")])
+def test_an_alpha_of_the_other_sign_is_asked_about(name: str, parameter: str) -> None:
+    with pytest.warns(UserWarning, match=rf"{parameter} = 0.1, .* it is -0.1 here: ss.scheme\('{name}', .*=-0.1\)"):
+        wrong = ss.scheme(name, **{parameter: 0.1})
+    assert wrong.spectral_radius(1.0) > 1.0 > ss.scheme(name, **{parameter: -0.1}).spectral_radius(1.0)
+    ss.scheme(name, **{parameter: 0.0})
+    ss.scheme(name, **{parameter: [-0.1, 0.1]})  # for a chart
+    ss.scheme("newmark", gamma=0.4)  # whose sign none has otherwise
+
+
 def test_an_alpha_of_another_paper_is_answered_by_the_one_of_the_scheme() -> None:
     """Both signs as the schemes are the same: HHT at alpha = -0.1 is generalized-alpha at alpha_f = 0.1."""
     with pytest.raises(ValueError, match="got 'alpha_f'; here it is alpha = -alpha_f"):
