@@ -21,7 +21,7 @@ from .arrays import Array, Values, by_value
 from .entries import ParameterInfo, SchemeInfo
 from .error_estimate import LocalError, local_error
 from .errors import called_as, unknown_name, warn
-from .facts import Facts, Term, facts_at, facts_at_defaults, rho_inf_forms
+from .facts import Facts, Term, facts_at, facts_at_defaults, other_sign_meant, rho_inf_forms
 from .scheme_names import SCHEMES, found, named
 from .scheme_record import SchemeRecord
 
@@ -124,24 +124,9 @@ def scheme(name: str | Scheme | Declaration, **parameters: ArrayLike) -> Scheme:
         if by in given:
             complete[key] = _decided(info, key, by, function(complete[by]), given.get(key))
             given.pop(key, None)
-    made = Scheme(info, MappingProxyType(complete), MappingProxyType(given))
-    if said := _of_other_sign(made):
+    if said := other_sign_meant(info, given):
         warn(said)
-    return made
-
-
-def _of_other_sign(s: Scheme) -> str:
-    """That a parameter is likely meant with the other sign: it takes A-stability away, and its default has that."""
-    for key, value in s.given.items():
-        default = s.info.parameters[key].default
-        if s.info.declaration is None and not value.ndim and len(s.info.parameters) == 1 and default is not None:
-            x = float(value)
-            if default() * x < 0.0 and s.A_stable is False and facts_at(s.info, {key: np.asarray(-x)}).A_stable:
-                return (
-                    f"{s.name} is not A-stable at {key} = {x:g}, so that motion grows; if the {key} of the other sign "
-                    f"is meant, it is {-x:g} here: ss.scheme('{s.name}', {key}={-x:g})"
-                )
-    return ""
+    return Scheme(info, MappingProxyType(complete), MappingProxyType(given))
 
 
 def scheme_info(name: str | Declaration) -> SchemeInfo:
