@@ -27,6 +27,13 @@ from substep.studies import failures
 runner = CliRunner()
 
 
+def test_alone_it_answers_what_can_be_asked() -> None:
+    result = runner.invoke(app, [])
+    assert result.exit_code == 0
+    assert "Which scheme do I take?" in result.output
+    assert result.output == runner.invoke(app, ["--help"]).output
+
+
 @pytest.mark.parametrize("command", ["schemes", "scenes"])
 @pytest.mark.parametrize("option", ["", "--references", "--parameters"])
 def test_lists_have_every_one_within_80_columns(command: str, option: str, monkeypatch: pytest.MonkeyPatch) -> None:

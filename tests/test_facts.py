@@ -141,6 +141,7 @@ def test_facts_at_the_parameters_of_a_member_are_the_member_s(name: str, beta: f
     assert ss.scheme("newmark", beta=beta, gamma=0.6).critical_Omega is None
 
 
+@pytest.mark.filterwarnings("ignore:hht_alpha is not A-stable")
 @pytest.mark.parametrize(("name", "given"), [("newmark", {"gamma": 0.4}), ("hht_alpha", {"alpha": 0.1})])
 def test_a_handle_says_that_its_parameters_take_stability_away(name: str, given: dict[str, float]) -> None:
     s = ss.scheme(name, **given)

@@ -43,18 +43,20 @@ def test_the_step_that_is_named_is_stable_with_damping_too() -> None:
     assert said(damped, "central_difference_lagged", dt=0.9 * named / OMEGA, t_end=40 * 0.9 * named / OMEGA) == ""
 
 
+@pytest.mark.filterwarnings("ignore:hht_alpha is not A-stable")
 @pytest.mark.parametrize(
-    "scheme",
+    ("name", "given"),
     [
-        ss.scheme("newmark", gamma=0.4),  # |lambda| = 1 + Omega (1/2 - gamma)/2 + ...
-        ss.scheme("hht_alpha", alpha=0.1),  # the sign of those who count alpha from the other end
-        ss.scheme("rk2"),  # |lambda|^2 = 1 + Omega^4/4
+        ("newmark", {"gamma": 0.4}),  # |lambda| = 1 + Omega (1/2 - gamma)/2 + ...
+        ("hht_alpha", {"alpha": 0.1}),  # the sign of those who count alpha from the other end
+        ("rk2", {}),  # |lambda|^2 = 1 + Omega^4/4
     ],
-    ids=str,
 )
-def test_a_scheme_that_gains_energy_at_every_step_is_not_helped_by_a_shorter_one(scheme: ss.Scheme) -> None:
+def test_a_scheme_that_gains_energy_at_every_step_is_not_helped_by_a_shorter_one(
+    name: str, given: dict[str, float]
+) -> None:
     assert "above 1 at shorter steps too; take another scheme, or other parameters" in said(
-        FREE, scheme, dt=0.1, t_end=100.0
+        FREE, ss.scheme(name, **given), dt=0.1, t_end=100.0
     )
 
 

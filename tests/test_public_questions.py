@@ -69,6 +69,43 @@ TYPED: dict[str, tuple[Callable[[], Any], str]] = {
         lambda: ss.response_spectrum([0.0, 1.0], dt=0.01, osc_freqs=[1.0]),
         "here it is frequencies, in Hz; it takes",
     ),
+    "a damping ratio of a structure": (lambda: ss.structure(MASS, K, zeta=0.05), "here it is C, as ss.modal_damping"),
+    "a force as f": (lambda: ss.structure(MASS, K, f=np.ones(2)), "'f'; here it is load, pairs of a vector"),
+    "small letters": (
+        lambda: ss.structure(m=MASS, k=K, c=K),
+        r"'m'; did you mean 'M'\? got .*'k'; did you mean 'K'\? got .*'c'; did you mean 'C'\? it takes M, K",
+    ),
+    "a load's period": (lambda: ss.Harmonic(1.0, T=2.0), "'T'; here it is omega = 2 pi/T; it takes amplitude, omega"),
+    "a load's frequency": (lambda: ss.Harmonic(1.0, f=2.0), "here it is omega = 2 pi f;"),
+    "a pulse's period": (lambda: ss.HalfSine(1.0, T=2.0), "here it is duration, of the pulse: half a period"),
+    "a record's units": (lambda: ss.Record(0.1, [0.0, 1.0], units="g"), "'units'; here it is unit;"),
+    "a file's units": (lambda: ss.read_record("motion.AT2", units="g"), "'units'; here it is unit;"),
+    "a spectrum's units": (lambda: ss.response_spectrum([0.0, 1.0], dt=0.01, units="g"), "'units'; here it is unit;"),
+    "a spectrum's omega": (
+        lambda: ss.response_spectrum([0.0, 1.0], dt=0.01, omega=[1.0]),
+        "here it is periods = 2 pi/omega;",
+    ),
+    "a sampling rate": (lambda: ss.response_spectrum([0.0, 1.0], sampling_rate=100.0), "here it is dt = 1/sampling_r"),
+    "damping_ratio": (lambda: ss.response_spectrum([0.0, 1.0], dt=0.01, damping_ratio=0.05), "here it is xi, the"),
+    "a ratio of modes": (lambda: ss.modal_damping(zeta=0.05), "'zeta'; here it is xi, the damping ratio; it takes xi"),
+    "a history's frequency": (
+        lambda: ss.response_spectrum([0.0, 1.0, 0.0], dt=0.01, periods=[1.0]).history(f=1.0),
+        "'f'; here it is T = 1/f; it takes T, xi",
+    ),
+    "Newmark's alpha of Bathe's books": (lambda: ss.scheme("newmark", alpha=0.25), "here it is beta, which Bathe's"),
+    "a ratio of a march": (
+        lambda: ss.march(ss.structure(MASS, K), "bathe", dt=0.1, t_end=1.0, zeta=0.05),
+        r"here it is C, as .* ratios; C is an argument of ss\.structure\(M, K, C=\.\.\.\)",
+    ),
+    "xi of a march": (
+        lambda: ss.march("linear_oscillator", "bathe", dt=0.1, t_end=1.0, xi=0.05),
+        r"got 'xi'; xi is an argument of ss\.scene\('linear_oscillator', xi=\.\.\.\)",
+    ),
+    "rho_inf of a march": (
+        lambda: ss.march(ss.structure(MASS, K), "generalized_alpha", dt=0.1, t_end=1.0, rho_inf=0.5),
+        r"rho_inf is an argument of ss\.scheme\('generalized_alpha', rho_inf=\.\.\.\)",
+    ),
+    "the end as T": (lambda: ss.march(ss.structure(MASS, K), "bathe", dt=0.1, T=1.0), "got 'T'; here it is t_end;"),
     "a force as F": (lambda: ss.structure(MASS, K, F=np.ones((2, 9))), "here it is load, pairs of a vector"),
     "an argument that is nothing here": (
         lambda: ss.structure(MASS, K, colour="red"),
@@ -141,9 +178,9 @@ def test_the_symplectic_euler_method_is_what_it_is_said_to_be() -> None:
 
 
 def test_a_heading_an_address_each() -> None:
-    """Thirty questions, each with where it was asked, at no address twice."""
+    """Thirty-three questions, each with where it was asked, at no address twice."""
     asked = re.split(r"^### ", PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]
     addresses = [ADDRESS.search(question) for question in asked]
-    assert len(asked) == 30
+    assert len(asked) == 33
     assert all(addresses)
-    assert len({address[1] for address in addresses if address}) == 30
+    assert len({address[1] for address in addresses if address}) == 33

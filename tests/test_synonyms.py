@@ -1,6 +1,8 @@
 """Schemes by the names that people write, and what is answered to names that are not ours."""
 
 import re
+from collections.abc import Callable
+from typing import Any
 
 import pytest
 from declared import BY_NAME
@@ -88,8 +90,11 @@ def test_an_unknown_scheme_is_answered_by_the_nearest_five() -> None:
 @pytest.mark.parametrize(
     ("given", "answer"),
     [
-        ({"period": 0.5}, r"omega = 2 pi/period"),
-        ({"frequency": 2.0}, r"omega = 2 pi frequency"),
+        ({"period": 0.5}, "T, in s"),
+        ({"frequency": 2.0}, "f, in Hz"),
+        ({"freq": 2.0}, "f, in Hz"),
+        ({"wn": 2.0}, "omega, in rad/s"),
+        ({"w": 2.0}, "omega, in rad/s"),
         ({"omega": 1.0, "zeta": 0.05}, "xi, the damping ratio"),
         ({"omega": 1.0, "damping": 0.05}, "xi, the damping ratio"),
         ({"k": 4.0}, r"omega = sqrt\(k/m\)"),
@@ -101,6 +106,16 @@ def test_a_parameter_that_people_write_is_answered_by_ours(given: dict[str, floa
         ss.scene("linear_oscillator", **given)
 
 
+@pytest.mark.parametrize(("name", "parameter"), [("hht_alpha", "alpha"), ("wbz_alpha", "alpha_B")])
+def test_an_alpha_of_the_other_sign_is_asked_about(name: str, parameter: str) -> None:
+    with pytest.warns(UserWarning, match=rf"{parameter} = 0.1, .* it is -0.1 here: ss.scheme\('{name}', .*=-0.1\)"):
+        wrong = ss.scheme(name, **{parameter: 0.1})
+    assert wrong.spectral_radius(1.0) > 1.0 > ss.scheme(name, **{parameter: -0.1}).spectral_radius(1.0)
+    ss.scheme(name, **{parameter: 0.0})
+    ss.scheme(name, **{parameter: [-0.1, 0.1]})  # for a chart
+    ss.scheme("newmark", gamma=0.4)  # whose sign none has otherwise
+
+
 def test_an_alpha_of_another_paper_is_answered_by_the_one_of_the_scheme() -> None:
     """Both signs as the schemes are the same: HHT at alpha = -0.1 is generalized-alpha at alpha_f = 0.1."""
     with pytest.raises(ValueError, match="got 'alpha_f'; here it is alpha = -alpha_f"):
@@ -110,6 +125,24 @@ def test_an_alpha_of_another_paper_is_answered_by_the_one_of_the_scheme() -> Non
     chung = ss.scheme("generalized_alpha", alpha_m=0.0, alpha_f=0.1)
     same = ss.scheme("hht_alpha", alpha=-0.1)
     assert same.amplification(0.7, 0.05) == pytest.approx(chung.amplification(0.7, 0.05), rel=1e-14, abs=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("call", "answer"),
+    [
+        (lambda: ss.scheme("tr"), r"got 'tr'; near are: tr_bdf2, trbdf3, trapezoidal, "),
+        (lambda: ss.scheme_of("OpenSees", "HTT"), r"did you mean 'HHT'\? near are: .*; docs/catalogue_of_programs.md"),
+        (lambda: ss.scene("double_pendulum", theta_1=1.0), r"did you mean 'theta1_0'\?"),
+        (lambda: ss.scene("pendlum"), r"near are: (\w+, ){4}\w+; substep.scenes\(\), or `substep scenes`, lists all$"),
+        (lambda: ss.scene("xyzzy"), r"^expected a scene, got 'xyzzy'; substep.scenes\(\), or `substep scenes`, lists"),
+        (lambda: ss.scheme("xyzzy"), r"^expected a scheme, got 'xyzzy'; substep.schemes\(\), or"),
+        (lambda: ss.scheme_of("OpenSees", "xyzzy"), "^expected an integrator of OpenSees, got 'xyzzy'; docs/"),
+        (lambda: ss.scene("linear_oscillator", xyzzy=1.0), "got 'xyzzy'; known are: omega, "),
+    ],
+)
+def test_near_names_are_named_and_others_are_not(call: Callable[[], Any], answer: str) -> None:
+    with pytest.raises(ValueError, match=answer):
+        call()
 
 
 @pytest.mark.parametrize(("given", "ours"), {"h": "dt", "time_step": "dt", "tmax": "t_end"}.items())

@@ -74,7 +74,7 @@ def dialect(name: str, **arguments: float) -> Scheme:
     """
     known = dialects()
     if name not in known:
-        raise unknown_name("an integrator of a program", name, known)
+        raise unknown_name("an integrator of a program", name, known, "docs/conventions.md lists all")
     return known[name].of(**arguments)
 
 

@@ -19,6 +19,7 @@ from substep.core.schemes import Scheme
 from substep.core.schemes import scheme as make_scheme
 
 Number = Fraction | float
+LISTS = "docs/catalogue_of_programs.md lists all"
 FOLDER = Path(__file__).parent / "named"
 OPERATIONS: Mapping[type, Callable[..., Any]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
@@ -149,5 +150,5 @@ def scheme_of(program: str, integrator: str, **arguments: float) -> Scheme:
         raise unknown_name("a program", program, named_integrators())
     known = programs[program.lower()]
     if integrator not in known:
-        raise unknown_name(f"an integrator of {program}", integrator, known)
+        raise unknown_name(f"an integrator of {program}", integrator, known, LISTS)
     return known[integrator].of(**arguments)

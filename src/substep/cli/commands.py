@@ -84,7 +84,7 @@ class Guide(TyperGroup):
 
 app = typer.Typer(
     cls=Guide,
-    no_args_is_help=True,
+    invoke_without_command=True,
     pretty_exceptions_enable=False,
     epilog="Exit codes: 0 done; 2 wrong input, with the cure on stderr; 3 the march of `run` stopped early, and what "
     "it reached is printed; 130 interrupted. The --help of each command has an example; --install-completion completes "
@@ -103,6 +103,7 @@ def _version(asked: bool) -> None:
 
 @app.callback()
 def main(
+    context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="print the version and end")
     ] = False,
@@ -118,6 +119,8 @@ def main(
 
     What does my program do? `substep audit scipy`
     """
+    if context.invoked_subcommand is None:
+        print(context.get_help())
 
 
 def certify(

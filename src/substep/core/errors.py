@@ -2,11 +2,12 @@
 
 import inspect
 import math
+import re
 import sys
 import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import suppress
-from difflib import get_close_matches
+from difflib import SequenceMatcher, get_close_matches
 from functools import wraps
 from importlib import import_module
 from operator import index
@@ -19,52 +20,50 @@ from numpy.typing import ArrayLike, NDArray
 FEW = 8  # names that are listed before what came
 MANY = 25  # names beyond which a message lists the nearest alone
 NEAREST = 5
-# what people write -> ours, and how it follows
-WRITTEN = {
-    "zeta": ("xi", "xi, the damping ratio"),
-    "damping": ("xi", "xi, the damping ratio"),
-    "c": ("xi", "xi = c/(2 sqrt(k m))"),
-    "T": ("omega", "omega = 2 pi/T"),
-    "period": ("omega", "omega = 2 pi/period"),
-    "f": ("omega", "omega = 2 pi f"),
-    "frequency": ("omega", "omega = 2 pi frequency"),
-    "k": ("omega", "omega = sqrt(k/m)"),
-    "m": ("omega", "omega = sqrt(k/m), the load per unit of mass"),
-    "x0": ("u0", "u0"),
-    "h": ("dt", "dt"),
-    "step": ("dt", "dt"),
-    "time_step": ("dt", "dt"),
-    "delta_t": ("dt", "dt"),
-    "tf": ("t_end", "t_end"),
-    "tmax": ("t_end", "t_end"),
-    "t_final": ("t_end", "t_end"),
-    "duration": ("t_end", "t_end"),
-    "n": ("t_end", "t_end = n dt"),
-    "steps": ("t_end", "t_end = steps dt"),
-    "n_steps": ("t_end", "t_end = n_steps dt"),
-    "nsteps": ("t_end", "t_end = nsteps dt"),
-    "num_steps": ("t_end", "t_end = num_steps dt"),
-    "t": ("dt", "dt and t_end, the step and the end"),
-    "tspan": ("t_end", "t_end, as runs begin at t = 0"),
-    "t_span": ("t_end", "t_end, as runs begin at t = 0"),
-    "delta": ("gamma", "gamma, which Bathe's books call delta"),
-    "alpha_f": ("alpha", "alpha = -alpha_f, the paper's, from -1/3 to 0"),
-    "alpha": ("alpha_f", "alpha_f = -alpha, for HHT's alpha with alpha_m = 0"),
-    "spectral_radius": ("rho_inf", "rho_inf, the spectral radius at infinity"),
-    "spectralRadius": ("rho_inf", "rho_inf, the spectral radius at infinity"),
-    "radius": ("rho_inf", "rho_inf, the spectral radius at infinity"),
-    "F": ("load", "load, pairs of a vector and a function of time"),
-    "force": ("load", "load, pairs of a vector and a function of time"),
-    "osc_freqs": ("frequencies", "frequencies, in Hz"),
-    "freqs": ("frequencies", "frequencies, in Hz"),
+CALLED = {  # what people write, and what it is here: the first of these that is a name here; {} is what they wrote
+    "zeta xi damping damping_ratio": (
+        "xi, the damping ratio",
+        "C, as ss.modal_damping(...) or ss.rayleigh(...) makes it of damping ratios",
+        "xi_1 and xi_2, the damping ratios at both frequencies",
+    ),
+    "c": ("xi = c/(2 sqrt(k m))",),
+    "k": ("omega = sqrt(k/m)",),
+    "m": ("omega = sqrt(k/m), the load per unit of mass",),
+    "T period": (
+        "periods, in s",
+        "T, in s",
+        "omega = 2 pi/{}",
+        "t_end",
+        "duration, of the pulse: half a period of its sine",
+    ),
+    "f freq freqs frequency osc_freqs natural_frequency": (
+        "frequencies, in Hz",
+        "f, in Hz",
+        "omega = 2 pi {}",
+        "T = 1/{}",
+        "load, pairs of a vector and a function of time",
+        "duration = 1/(2 {}), of the pulse",
+    ),
+    "omega w wn w0 omega_n omega_0": ("omega, in rad/s", "periods = 2 pi/{}", "T = 2 pi/{}", "duration = pi/{}"),
+    "F P force": ("load, pairs of a vector and a function of time",),
+    "x0": ("u0",),
+    "h step time_step delta_t": ("dt",),
+    "fs sampling_rate sampling_frequency": ("dt = 1/{}",),
+    "units": ("unit",),
+    "tf tmax t_final duration": ("t_end",),
+    "n steps n_steps nsteps num_steps": ("t_end = {} dt",),
+    "t": ("dt and t_end, the step and the end",),
+    "tspan t_span": ("t_end, as runs begin at t = 0",),
+    "delta": ("gamma, which Bathe's books call delta",),
+    "alpha_f": ("alpha = -alpha_f, the paper's, from -1/3 to 0",),
+    "alpha": (
+        "alpha_f = -alpha, for HHT's alpha with alpha_m = 0",
+        "alpha_B, the paper's, below 0",
+        "beta, which Bathe's books call alpha",
+    ),
+    "spectral_radius spectralRadius radius": ("rho_inf, the spectral radius at infinity",),
 }
-# of these, what they are for a function of many oscillators
-OF_MANY = {
-    "T": ("periods", "periods, in s"),
-    "period": ("periods", "periods, in s"),
-    "f": ("frequencies", "frequencies, in Hz"),
-    "frequency": ("frequencies", "frequencies, in Hz"),
-}
+WRITTEN = {name: ours for names, ours in CALLED.items() for name in names.split()}
 P = ParamSpec("P")
 T = TypeVar("T")
 
@@ -75,20 +74,45 @@ def unknown_name(what: str, name: str, known: Iterable[str], lists: str = "") ->
     lists: what lists them all, where they are many.
     """
     known = tuple(known)
-    low = name.lower()
-    near = get_close_matches(low, known, n=1) or sorted((x for x in known if low and x.startswith(low)), key=len)
-    cure = f"; did you mean '{near[0]}'?" if near else ""
-    ours, how = WRITTEN.get(name, ("", ""))
-    if ours in known:
-        cure = f"; here it is {how};" if len(known) > FEW else f"; here it is {how}"
+    cure = _cure(name, known)
     if len(known) > MANY:
-        nearest = ", ".join(get_close_matches(low, known, n=NEAREST, cutoff=0.3)) or ", ".join(known[:NEAREST])
-        return ValueError(
-            f"expected {what}, got '{name}'{cure or ';'} near are: {nearest}; {lists or f'there are {len(known)}'}"
-        )
+        near = f" near are: {', '.join(close)};" if (close := _nearest(name, known, cutoff=0.5)) else ""
+        text = f"expected {what}, got '{name}'{cure};{near} {lists or f'there are {len(known)}'}"
+        return ValueError(text.replace("?;", "?"))
     if len(known) > FEW:
-        return ValueError(f"expected {what}, got '{name}'{cure or ';'} known are: {', '.join(known)}")
+        return ValueError(f"expected {what}, got '{name}'{cure}; known are: {', '.join(known)}".replace("?;", "?"))
     return ValueError(f"expected {what}, one of: {', '.join(known) or 'none'}; got '{name}'{cure}")
+
+
+def meant(name: str, known: Iterable[str]) -> str:
+    """What a name that people write is among the known ones, in words that begin with that; "" for none of them."""
+    ours = (text.format(name) for text in WRITTEN.get(name, ()))
+    return next((text for text in ours if re.split(r"\W", text)[0] in set(known)), "")
+
+
+def _cure(name: str, known: Collection[str]) -> str:
+    """What follows a name that is not known: what it is here, or the nearest; nothing for one without any."""
+    if how := meant(name, known):
+        return f"; here it is {how}"
+    close = _nearest(name, known, cutoff=0.6)
+    begin = [x for x in close if _plain(x).startswith(_plain(name))]
+    if not begin or _plain(close[0]) == _plain(name):
+        begin = close[:1]
+    return f"; did you mean {' or '.join(map(repr, begin))}?" if 0 < len(begin) < NEAREST else ""
+
+
+def _nearest(name: str, known: Iterable[str], cutoff: float) -> list[str]:
+    """At most five names that begin so, then those that are spelt alike, capitals and underscores apart."""
+    spelt = {_plain(x): x for x in reversed(tuple(known))}
+    asked = _plain(name)
+    begin = sorted(x for x in spelt if asked and x.startswith(asked) and (len(asked) > 1 or len(x) < 4))
+    alike = get_close_matches(asked, spelt, n=NEAREST, cutoff=cutoff)
+    alike.sort(key=lambda x: abs(len(x) - len(asked)) / 20 - SequenceMatcher(None, x, asked).ratio())
+    return [spelt[x] for x in dict.fromkeys((*sorted(begin, key=len), *alike))][:NEAREST]
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[\W_]", "", name.lower())
 
 
 def warn(message: str) -> None:
@@ -142,15 +166,26 @@ def _misfit(function: Callable[..., Any], args: tuple[Any, ...], kwargs: Mapping
     takes = inspect.signature(function)
     by_name = [name for name, p in takes.parameters.items() if p.kind is p.KEYWORD_ONLY]
     others = [f"**{p.name}" for p in takes.parameters.values() if p.kind is p.VAR_KEYWORD]
-    at_first = [name for name, p in takes.parameters.items() if p.kind is p.POSITIONAL_OR_KEYWORD]
+    at_first = [name for name, p in takes.parameters.items() if p.kind is p.POSITIONAL_OR_KEYWORD and name != "self"]
+    unknown = [] if others else [name for name in kwargs if name not in takes.parameters]
     try:
         takes.bind(*args, **kwargs)
     except TypeError as error:
-        meant = (table[name] for name in kwargs for table in (WRITTEN, OF_MANY) if name in table)
-        cure = next((f"; here it is {how}" for ours, how in meant if ours in takes.parameters), "")
+        cures = [f"got an unexpected keyword argument '{x}'{_cure(x, [*at_first, *by_name])}" for x in unknown]
         named = ", ".join([*by_name, *others]) or "none"
-        return f"{error}{cure}; it takes {', '.join(at_first)} and, by name only, {named}"
+        said = f"{'; '.join(cures) or error}; it takes {', '.join(at_first)} and, by name only, {named}"
+        return said.replace("?;", "?")
     return "it takes other arguments"
+
+
+def made_as(example: str) -> Callable[[type[T]], type[T]]:
+    """A class that answers a call which does not fit as a function does that is `called_as` the example."""
+
+    def of(made: type[T]) -> type[T]:
+        made.__init__ = called_as(example)(made.__init__)
+        return made
+
+    return of
 
 
 def float_array(name: str, value: ArrayLike) -> NDArray[np.float64]:

@@ -103,6 +103,23 @@ def facts_at(info: SchemeInfo, parameters: Mapping[str, Array]) -> Facts:
     )
 
 
+def other_sign_meant(info: SchemeInfo, given: Mapping[str, Array]) -> str:
+    """That the one parameter of a scheme is likely meant with the other sign, that of its default; else nothing.
+
+    So it is where a value takes A-stability away, and its negative does not.
+    """
+    for key, value in given.items() if info.declaration is None and len(info.parameters) == 1 else ():
+        default = info.parameters[key].default
+        if value.ndim or default is None or not default() * value < 0.0:
+            continue
+        if facts_at(info, {key: value}).A_stable is False and facts_at(info, {key: -value}).A_stable:
+            return (
+                f"{info.name} is not A-stable at {key} = {value:g}, so that motion grows; if the {key} of the other "
+                f"sign is meant, it is {-value:g} here: ss.scheme('{info.name}', {key}={-value:g})"
+            )
+    return ""
+
+
 def rho_inf_forms(info: SchemeInfo) -> tuple[str, str]:
     """rho_inf in the parameters as text and in LaTeX, empty where generated/ has no such form."""
     known: Mapping[str, Mapping[str, Any]] = _printed().FORMS

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import Array, read_only
-from .errors import float_array, real_array, real_number
+from .errors import float_array, made_as, real_array, real_number
 from .kernel_modules import loaded
 from .units import TURN, require_angle, unit_of
 
@@ -24,6 +24,7 @@ class Load(Protocol):
         ...
 
 
+@made_as("Harmonic(1.0, omega=6.28)")
 @dataclass(frozen=True)
 class Harmonic:
     """The load amplitude * sin(omega*t + phase) at t in s.
@@ -68,6 +69,7 @@ class Harmonic:
         return values[()]
 
 
+@made_as("Step(1.0)")
 @dataclass(frozen=True)
 class Step:
     """The load amplitude from t = start on, 0 before.
@@ -93,6 +95,7 @@ class Step:
         return np.where(t >= np.asarray(start), amplitude, 0.0)
 
 
+@made_as("HalfSine(1.0, duration=0.1)")
 @dataclass(frozen=True)
 class HalfSine:
     """The load amplitude * sin(pi*t/duration) for 0 <= t <= duration, 0 elsewhere.
@@ -120,6 +123,7 @@ class HalfSine:
         return np.where(within == t, _changed(np.multiply, wave, amplitude), 0.0)
 
 
+@made_as("Record(0.01, accelerations)")
 @dataclass(frozen=True, eq=False, repr=False)
 class Record:
     """Samples at 0, dt, 2 dt, ..., linear between them, 0 after the last. Two are equal for equal dt and samples.

@@ -64,7 +64,7 @@ def scene_info(name: str | SceneDeclaration, parameters: dict[str, Any]) -> Scen
     """
     if isinstance(name, str):
         if name not in SCENES:
-            raise unknown_name("a scene", name, scenes())
+            raise unknown_name("a scene", name, scenes(), "substep.scenes(), or `substep scenes`, lists all")
         if name == "elastic_pendulum" and "strain" in parameters:
             measure = parameters.pop("strain")
             if not isinstance(measure, str) or measure not in STRAIN_MEASURES:

@@ -2,12 +2,12 @@
 
 import re
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from functools import cache
 from types import MappingProxyType
 from typing import Any
 
-from .errors import unknown_name
+from .errors import meant, unknown_name
 from .kernel_modules import loaded
 
 SCHEMES: Mapping[str, Mapping[str, Any]] = loaded("index").SCHEMES
@@ -41,6 +41,26 @@ def found(name: str, text: str) -> bool:
     """Whether a text is in the name, a synonym or the reference of a scheme of the catalogue, as words are written."""
     entry, asked = SCHEMES[name], _written(text)[0]
     return any(asked in _written(words)[0] for words in (name, entry["reference"], *entry.get("synonyms", ())))
+
+
+def unknown_argument(
+    what: str, name: str, known: Sequence[str], scheme: Any, others: Mapping[str, Collection[str]]
+) -> ValueError:
+    """The error for an argument that a march does not have, which says who has it, of schemes first the one given.
+
+    others: by calls, with {} for an argument, the arguments that each has.
+    """
+    given = getattr(scheme, "name", scheme)
+    schemes = {**({given: SCHEMES[given]} if given in SCHEMES else {}), **SCHEMES}
+    takes = {of: [x[0] for x in entry["parameters"]] + [*entry.get("families", ())] for of, entry in schemes.items()}
+    own = meant(name, known)
+    for call, names in {**others, **{f"ss.scheme('{of}', {{}}=...)": names for of, names in takes.items()}}.items():
+        how = "" if name in names else meant(name, names)
+        if name in names or (how and not own):
+            ours = re.split(r"\W", how)[0] or name
+            here = f"; here it is {own or how}" if own or how else ""
+            return ValueError(f"expected {what}, got '{name}'{here}; {ours} is an argument of {call.format(ours)}")
+    return unknown_name(what, name, known)
 
 
 def _written(name: str) -> tuple[str, str]:

@@ -20,8 +20,8 @@ from . import stability as stability_functions
 from .arrays import Array, Values, by_value
 from .entries import ParameterInfo, SchemeInfo
 from .error_estimate import LocalError, local_error
-from .errors import called_as, unknown_name
-from .facts import Facts, Term, facts_at, facts_at_defaults, rho_inf_forms
+from .errors import called_as, unknown_name, warn
+from .facts import Facts, Term, facts_at, facts_at_defaults, other_sign_meant, rho_inf_forms
 from .scheme_names import SCHEMES, found, named
 from .scheme_record import SchemeRecord
 
@@ -124,6 +124,8 @@ def scheme(name: str | Scheme | Declaration, **parameters: ArrayLike) -> Scheme:
         if by in given:
             complete[key] = _decided(info, key, by, function(complete[by]), given.get(key))
             given.pop(key, None)
+    if said := other_sign_meant(info, given):
+        warn(said)
     return Scheme(info, MappingProxyType(complete), MappingProxyType(given))
 
 

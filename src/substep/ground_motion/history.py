@@ -8,7 +8,7 @@ import numpy as np
 
 from ..core.arrays import Array
 from ..core.coefficients import refuse_damping
-from ..core.errors import damping_ratio, real_number
+from ..core.errors import called_as, damping_ratio, real_number
 from ..core.loads import Record
 from ..core.response import Response
 from ..core.result_dataset import ResultDataset
@@ -53,6 +53,7 @@ class Spectrum(ResultDataset):
     __slots__ = ("made_from",)
     made_from: MadeFrom
 
+    @called_as("spectrum.history(T=0.5)")
     def history(self, T: float, xi: float | None = None) -> SpectralResponse:
         """The response of the oscillator with the period T, s, any > 0, from rest, in the scheme's own steps.
 

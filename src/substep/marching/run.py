@@ -16,13 +16,14 @@ from ..core import coefficients
 from ..core.arrays import Array
 from ..core.between_steps import Event, ascending, ended, require_reached, sampled
 from ..core.constraints import pressures
-from ..core.errors import called_as, real_number, unknown_name, warn
+from ..core.errors import called_as, real_number, warn
 from ..core.loads import behind_jump
 from ..core.memory import require_histories
 from ..core.response import STATUSES, Response, Status
-from ..core.scene_catalogue import scene_info, scenes
+from ..core.scene_catalogue import arguments_of, scene_info, scenes
 from ..core.scenes import Scene
 from ..core.scenes import scene as make_scene
+from ..core.scheme_names import unknown_argument
 from ..core.schemes import Scheme, schemes
 from ..core.state import State, bare, whose
 from ..run.clock import AT_ZERO, CHOSEN, Begin, ConstantSteps, Control, steps_of
@@ -39,13 +40,13 @@ if TYPE_CHECKING:
     from ..derived.modules import Declaration
 
 
-def _require_known(scene: Any, others: Iterable[str]) -> None:
+def _require_known(scene: Any, scheme: Any, others: Iterable[str]) -> None:
     """Raises ValueError for an argument that the march of a scene does not have, before any other is looked at."""
     for name in others:
         known = ["dt", "t_end", "tol", "energy_bound", "stride", "start", "at", "until", *CHOSEN]
-        of_scene = isinstance(scene, str) and scene in scenes() and name in scene_info(scene, {}).parameters
-        cure = f"; it is a parameter of the scene: ss.scene({scene!r}, {name}=...)" if of_scene else ""
-        raise ValueError(f"{unknown_name('an argument of march', name, known)}{cure}")
+        info = scene_info(scene, {}) if isinstance(scene, str) and scene in scenes() else getattr(scene, "info", None)
+        of_scene = {} if info is None else {f"ss.scene('{info.name}', {{}}=...)": (*arguments_of(info), "a0", "load")}
+        raise unknown_argument("an argument of march", name, known, scheme, of_scene)
 
 
 def require_in_order(function: str, scene: Any, scheme: Any) -> None:
@@ -167,7 +168,7 @@ def marched(
         options = {"tol": tol, "energy_bound": energy_bound, "start": start, **of_structure}
         given = {name: x for name, x in options.items() if x is not None}
         return marched_by(scheme, dt=dt, t_end=t_end, stride=stride, **given, **chosen)
-    _require_known(scene, of_structure)
+    _require_known(scene, scheme, of_structure)
     scheme = numbers_only(scheme, "substep.sweep takes arrays")
     scene = make_scene(scene)
     state = None if start is None else _on_scene(scene, State.given(start))

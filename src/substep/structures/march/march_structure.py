@@ -21,7 +21,7 @@ from .fixed_steps import FixedSteps
 from .going_on import begun
 from .histories import ChosenHistories, Histories
 from .newton import Iteration
-from .refusals import require_definite_mass, require_no_contacts, require_suited, unknown_argument, unsymmetric
+from .refusals import require_definite_mass, require_no_contacts, require_suited, unknown_in_march, unsymmetric
 from .response import StructureResponse
 from .step_control import ChosenSteps
 from .steps import Run
@@ -84,7 +84,7 @@ def march_structure(
     """
     known = tuple(name for name in CHOSEN if name != "grid")  # rows are steps
     if unknown := [name for name in chosen if name not in known]:
-        raise unknown_argument("an argument of march for a structure", unknown[0], (*ARGUMENTS, *known))
+        raise unknown_in_march("an argument of march for a structure", unknown[0], (*ARGUMENTS, *known), scheme)
     if newton not in ("simplified", "full"):
         raise unknown_name("a kind of Newton's iteration", newton, ("simplified", "full"))
     scheme = numbers_only(scheme, "substep.sweep takes arrays")

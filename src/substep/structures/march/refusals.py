@@ -1,10 +1,11 @@
 """What is refused of a structure before anything is computed: schemes and questions that do not fit it."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-from ...core.errors import unknown_name
+from ...core.scheme_names import unknown_argument
 from ...core.schemes import Scheme
 from ...marching.run import require_decay as require_error_decay
 from ..model.consistency import require_finite_start, require_own_potential, require_own_tangent
@@ -29,11 +30,11 @@ OF_STRUCTURE = (
 )  # fmt: skip
 
 
-def unknown_argument(what: str, name: str, known: Iterable[str]) -> ValueError:
+def unknown_in_march(what: str, name: str, known: Sequence[str], scheme: Any) -> ValueError:
     """The error for an argument that the march of a structure does not have; it says so of one of `ss.structure`."""
-    mine = f"; it is an argument of the structure: ss.structure(M, K, {name}=...)" if name in OF_STRUCTURE else ""
     begins = "; a run begins elsewhere by start={'u': ..., 'v': ...}" if name in ("u0", "v0") else ""
-    return ValueError(f"{unknown_name(what, name, known)}{mine}{begins}")
+    error = unknown_argument(what, name, known, scheme, {"ss.structure(M, K, {}=...)": OF_STRUCTURE})
+    return ValueError(f"{error}{begins}")
 
 
 def require_suited(structure: Model, scheme: Scheme, h: float) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.arrays import Array
-from ...core.errors import damping_ratio, non_negative
+from ...core.errors import called_as, damping_ratio, non_negative
 from ..model.model import Model
 from ..solvers.low_rank import LowRank
 from .eigen import eigenmodes
@@ -42,6 +42,7 @@ class ModalDamping:
         return damping_of_modes(structure, omega, shapes, self.xi)
 
 
+@called_as("modal_damping(0.05, modes=10)")
 def modal_damping(xi: ArrayLike, modes: ModalBasis | int | None = None) -> ModalDamping:
     """Damping ratios of modes, as C of `substep.structure`: sum of 2 xi omega (M phi) (M phi)^T, all others undamped.
 

@@ -23,7 +23,7 @@ from ...run.schemes import numbers_only
 from ..march.going_on import kind_of as structure_kind
 from ..march.histories import accounted
 from ..march.march_structure import march_structure
-from ..march.refusals import require_linear, unknown_argument
+from ..march.refusals import require_linear, unknown_in_march
 from ..march.response import Account, StructureResponse
 from ..march.velocity import needs_no_damping
 from ..model.constraints import transformation
@@ -66,7 +66,7 @@ def superpose(
     """
     if others:
         known = ("dofs", "stride", "static_correction", "account", "start")
-        raise unknown_argument("an argument of march for modes", next(iter(others)), known)
+        raise unknown_in_march("an argument of march for modes", next(iter(others)), known, scheme)
     state = None if start is None else State.given(start)
     if state is not None and state.history and not state.of:
         raise ValueError(
