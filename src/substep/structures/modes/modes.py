@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.arrays import Array
-from ...core.errors import non_negative
+from ...core.errors import damping_ratio
 from ..model.model import Model
 from ..model.rayleigh import Rayleigh
 from ..solvers.low_rank import LowRank
@@ -150,13 +150,13 @@ class ModalBasis:
             raise ValueError(f"expected from 1 to {len(self)} modes, got {n!r}; compute more with Structure.modes")
         return replace(self, omega=self.omega[:n], free_shapes=self.free_shapes[:, :n], damping=self.damping[:n, :n])
 
-    def damped(self, xi: ArrayLike) -> Self:
+    def damped(self, xi: ArrayLike, *, overdamped: bool = False) -> Self:
         """The same modes with these damping ratios in place of the structure's damping: one for all, or (m,).
 
         Their structure is damped likewise, by `modal_damping`, so that modes which are not among these are undamped.
-        Raises ValueError for negative ratios and other shapes.
+        Raises ValueError for negative ratios, for those above 1, likely percent, unless overdamped, and other shapes.
         """
-        ratios = non_negative("xi", xi)
+        ratios = damping_ratio("xi", xi, overdamped=overdamped)
         if ratios.shape not in ((), (len(self),)):
             raise ValueError(f"expected xi as one number or {len(self)}, one for each mode, got shape {ratios.shape}")
         xi = np.broadcast_to(ratios, (len(self),))
