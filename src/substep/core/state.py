@@ -61,12 +61,12 @@ class State:
         if (state := getattr(start, "state", None)) is not None:
             return state
         if "origin" in getattr(start, "attrs", ()):
-            return cls._of_dataset(start)
+            return cls.of_dataset(start)
         shown = repr(start)[:60]
-        if not isinstance(start, Mapping) or not {"u", "v"} <= start.keys():
+        if hasattr(start, "attrs") or not isinstance(start, Mapping) or not {"u", "v"} <= start.keys():
             raise ValueError(
-                "expected start as a response, its `state`, what ss.load reads of a saved state, or a dictionary with "
-                f"u and v, got {shown}; give r, or {{'t': 0.0, 'u': ..., 'v': ..., 'a': ...}}"
+                "expected start as a response, its `state`, what ss.load reads of a file by r.save or r.state.save, or "
+                f"a dictionary with u and v, got {shown}; give r, or {{'t': 0.0, 'u': ..., 'v': ..., 'a': ...}}"
             )
         parts = cast("Mapping[str, Any]", start)
         if unknown := [name for name in parts if name not in GIVEN]:
@@ -166,7 +166,8 @@ class State:
         return xarray.Dataset(found, {"label": labels} if self.history else {}, attrs)
 
     @classmethod
-    def _of_dataset(cls, found: Dataset) -> State:
+    def of_dataset(cls, found: Dataset) -> State:
+        """What `to_xarray` has made of a state."""
         arrays = {str(name): np.array(x.values, np.float64) for name, x in found.items()}
         labels = [str(label) for label in found["label"].values] if "label" in found.coords else []
         t, dt, origin, dt_next = (float(found.attrs[name]) for name in ("t", "dt", "origin", "dt_next"))

@@ -5,13 +5,14 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.arrays import Array
 from ...core.errors import damping_ratio
+from ...core.exports import Exported
 from ..model.model import Model
 from ..model.rayleigh import Rayleigh
 from ..solvers.low_rank import LowRank
@@ -21,12 +22,14 @@ COUPLED = 1e-10  # off the diagonal of the modal damping matrix, relative to its
 
 
 @dataclass(frozen=True)
-class Participation:
+class Participation(Exported):
     """Of modes in a motion of the base: factors Gamma (m,), effective modal masses Gamma^2 (m,), their limit `total`.
 
     factors: phi^T M iota of mass-normalised shapes, in the unit of sqrt(mass). total: iota^T M iota, what all effective
     masses sum up to, but for mass at degrees of freedom that are fixed. Chopra, Dynamics of Structures, (13.2.3).
     """
+
+    axes: ClassVar = dict.fromkeys(("factors", "effective_mass", "share"), ("mode",))
 
     factors: Array
     total: float
