@@ -10,7 +10,7 @@ from ..core.errors import damping_ratio, inside, real_array
 from ..core.laws import Law
 from .model.memory import RememberingForce
 from .modes.modal_damping import modal_damping
-from .structure import Structure, damping_of, structure
+from .structure import Structure, damped_by, structure
 
 
 def shear_building(
@@ -62,4 +62,4 @@ def shear_building(
         damping = damping.matrix(made).toarray()
     elif modes_damped is not None:
         raise ValueError("expected modes_damped beside a ratio as damping, got another; leave it out")
-    return replace(made, C=damping_of(made, damping))
+    return damped_by(made, damping)

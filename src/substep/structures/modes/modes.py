@@ -165,7 +165,7 @@ class ModalBasis:
         xi = np.broadcast_to(ratios, (len(self),))
         C = damping_of_modes(self.structure, self.omega, self.free_shapes, xi) if ratios.any() else None
         damping = np.diag(np.broadcast_to(2.0 * ratios * self.omega, self.omega.shape))
-        return replace(self, structure=replace(self.structure, C=C), damping=damping)
+        return replace(self, structure=replace(self.structure, C=C, full_damping=None), damping=damping)
 
     def damping_matrix(self) -> Array:
         """C (N, N) = M phi (phi^T C phi) phi^T M, for `substep.structure`: only these modes are damped.
