@@ -164,8 +164,14 @@ def test_a_structure_under_a_code() -> None:
         ("asce7", {"S_DS": -1.0}, "expected S_DS > 0"),
         ("asce7", {"T_L": math.nan}, "expected T_L to be finite"),
         ("ec8", {"a_g": 0.25}, 'expected a_g in m/s.2, got 0.25, which is very low seismicity; give unit="g" or'),
-        ("asce7", {"S_DS": 9.81}, 'expected S_DS in g, got 9.81; give unit="m/s.2", as it seems, or unit="g"'),
-        ("nbcc", {"S_a": [8.3, 7.4, 4.1, 2.5, 0.8, 0.3]}, 'expected S_a in g, got 8.3; give unit="m/s.2", as it s'),
+        (
+            "ec8",
+            {"a_g": 250.0},
+            "a_g in m/s.2, got 250, which is 25.5 g in m/s.2, 250 g in g, 0.255 g in cm/s.2, 2.5 g",
+        ),
+        ("asce7", {"S_DS": 9.81}, 'expected S_DS and S_D1 in g, got 9.81, which is 1 g in m/s.2, .*give unit="m/s.2"'),
+        ("asce7", {"S_D1": 60.0}, "S_D1 in g, got 60, which .*, 0.6 g in % of g; give unit=.* for % of g, 0.0980665"),
+        ("nbcc", {"S_a": [8.3, 7.4, 4.1, 2.5, 0.8, 0.3]}, "S_a in g, got 8.3, which is 0.846 g in m/s.2, 8.3 g in g"),
         (
             "nbcc",
             {"S_a": S_A[:5]},

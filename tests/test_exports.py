@@ -115,7 +115,22 @@ def test_plot_draws_into_given_axes_and_refuses_what_does_not_fit() -> None:
 def test_what_is_saved_comes_back(name: str, tmp_path: Path) -> None:
     r, path = RUNS[name](), tmp_path / "response.nc"
     r.save(path)
-    assert ss.load(path).identical(r.to_xarray())
+    found = ss.load(path)
+    assert found.identical(r.to_xarray())
+    assert found.state.to_xarray().identical(r.state.to_xarray())
+    found.save(tmp_path / "again.nc")
+    assert ss.load(tmp_path / "again.nc").state.to_xarray().identical(r.state.to_xarray())
+
+
+def test_what_is_saved_without_a_state_is_not_gone_on_from(tmp_path: Path) -> None:
+    """A march to an event of which not all degrees of freedom were kept, and Datasets that know nothing of a run."""
+    ss.march(FRAME, "bathe", 0.1, 1.0, dofs=["roof"], until=lambda t, u, v: u[0]).save(tmp_path / "ended.nc")
+    one = RUNS["oscillator"]()
+    for start in (ss.load(tmp_path / "ended.nc"), one.to_xarray(), one.to_xarray().isel(t=slice(3))):
+        with pytest.raises(
+            ValueError, match=r"what ss.load reads of a file by r.save or r.state.save, .* got <ResultD"
+        ):
+            ss.march(one.scene, "bathe", 0.1, 2.0, start=start)
 
 
 def test_what_cannot_be_loaded(tmp_path: Path) -> None:

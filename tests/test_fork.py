@@ -84,9 +84,9 @@ def test_a_scene_goes_on_to_the_bit(scheme: str, model: str, t: float) -> None:
 @pytest.mark.parametrize("model", STRUCTURES)
 @pytest.mark.parametrize("scheme", KINDS[:-1])
 def test_a_structure_goes_on_to_the_bit(scheme: str, model: str, t: float, tmp_path: Path) -> None:
-    """From the state that was saved, with the tangents that Newton's iterations keep."""
-    march(STRUCTURES[model], scheme, t).state.save(tmp_path / "state.nc")
-    then = march(STRUCTURES[model], scheme, T_END, start=ss.load(tmp_path / "state.nc"))
+    """From the response that was saved, with the tangents that Newton's iterations keep."""
+    march(STRUCTURES[model], scheme, t).save(tmp_path / "r.nc")
+    then = march(STRUCTURES[model], scheme, T_END, start=ss.load(tmp_path / "r.nc"))
     require_rest_of(whole("structure", model, scheme), then, t)
 
 

@@ -141,11 +141,10 @@ def test_a_state_that_was_saved_goes_on_as_the_one_in_memory(scheme: str, tmp_pa
     scene = OSCILLATOR if scheme not in UNDAMPED else ss.scene("linear_oscillator", omega=3.0, u0=0.3)
     first = ss.march(scene, scheme, dt=0.05, t_end=1.5)
     first.state.save(tmp_path / "state.nc")
-    one, other = (
-        ss.march(scene, scheme, dt=0.05, t_end=3.0, start=start) for start in (first, ss.load(tmp_path / "state.nc"))
-    )
-    assert np.array_equal(one.u, other.u)
-    assert np.array_equal(one.a, other.a)
+    first.save(tmp_path / "response.nc")
+    kept = [ss.load(tmp_path / name) for name in ("state.nc", "response.nc")]
+    one, *others = (ss.march(scene, scheme, dt=0.05, t_end=3.0, start=start) for start in (first, *kept))
+    assert all(np.array_equal(one.u, other.u) and np.array_equal(one.a, other.a) for other in others)
 
 
 @pytest.mark.parametrize("model", [frame(), frame().modes(2), frame(K=None, internal_force=hardening, tangent=slope)])
@@ -232,6 +231,34 @@ def test_what_was_lost_in_a_failure_starts_anew() -> None:
     assert broken.status == "non_finite"
     assert not broken.state.history
     assert broken.state.t == broken.t[-1]
+
+
+@pytest.mark.parametrize("model", [OSCILLATOR, frame(), frame().modes(2)], ids=["scene", "structure", "modes"])
+def test_an_acceleration_that_is_left_out_is_missed_where_the_scheme_has_its_own(model: Any) -> None:
+    """That of HHT differs from the equation of motion's; those of Newmark and Bathe do not."""
+    call: dict[str, Any] = {"dt": 0.05, "t_end": 2.0}
+    whole = ss.march(model, "hht_alpha", **call)
+    known: dict[str, Any] = {"t": whole.t[20], "u": whole.u[20], "v": whole.v[20]}
+    with pytest.warns(UserWarning, match=r"no acceleration at t = 1, and hht_alpha carries .* 'a': r.a\[-1\], or"):
+        anew = ss.march(model, "hht_alpha", start=known, **call)
+    assert np.abs(anew.u - whole.u[20:]).max() > 1e-8
+    assert np.array_equal(ss.march(model, "hht_alpha", start={**known, "a": "consistent"}, **call).u, anew.u)
+    on = ss.march(model, "hht_alpha", start={**known, "a": whole.a[20]}, **call)
+    assert np.allclose(on.u, whole.u[20:], rtol=0.0, atol=1e-13)
+    for scheme in ("newmark", "bathe", "bdf3"):
+        ss.march(model, scheme, start=known, **call)
+    ss.march(model, "hht_alpha", start={**known, "t": 0.0}, **call)
+
+
+def test_an_acceleration_that_was_given_to_a_structure_is_named_where_it_does_not_fit() -> None:
+    """As on a scene; without one nothing is computed for a print, nor where a was not kept."""
+    given = {"u": np.zeros(3), "v": np.zeros(3), "a": [1.0, 0.0, 0.0]}
+    said = [
+        repr(ss.march(model, "newmark", dt=0.05, t_end=1.0, start=start, account=False))
+        for model, start in ((frame(), None), (frame(a0=5.0), None), (frame(), given))
+    ]
+    assert [" from the equation of motion)" in text for text in said] == [False, True, True]
+    assert repr(ss.march(frame(a0=5.0), "rk4", dt=0.05, t_end=1.0, dofs=[0])).endswith("completed)")
 
 
 @pytest.mark.parametrize(

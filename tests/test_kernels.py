@@ -130,7 +130,7 @@ def runs(draw: st.DrawFn, pairs: Sequence[tuple[str, str]] = SOME) -> tuple[ss.S
             options[key] = -abs(size) if high == 0.0 else draw(st.sampled_from([-1.0, 0.0, 1.0])) * size
         elif default is None:
             options[key] = size
-    if scene == "linear_oscillator":
+    if "xi" in options:
         options["overdamped"] = True  # ratios are meant as they are
     if scene == "simple_pendulum" and abs(float(options.get("u0", 0.0))) > 6.0:
         options["u0"] = 6.0  # rad: more than a turn is refused

@@ -263,9 +263,9 @@ def test_a_run_that_goes_on_is_the_unbroken_one(scheme: str, at: float, tmp_path
     whole = ss.march(one, scheme, dt=0.05, t_end=2.0)
     first = ss.march(one, scheme, dt=0.05, t_end=at)
     assert first.memory["p"][-1] != 0
-    first.state.save(tmp_path / "state.nc")
+    first.save(tmp_path / "first.nc")
     n = len(first.t) - 1
-    for start in (first, first.state, ss.load(tmp_path / "state.nc")):
+    for start in (first, first.state, ss.load(tmp_path / "first.nc")):
         r = ss.march(one, scheme, dt=0.05, t_end=2.0, start=start)
         assert np.array_equal(r.u, whole.u[n:])
         assert np.array_equal(r.v, whole.v[n:])

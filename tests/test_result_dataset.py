@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from scipy import stats
 
 import substep as ss
 
@@ -52,6 +53,41 @@ def test_it_says_how_many_runs_have_completed_and_where_axes_go() -> None:
     one = RUNS["sweep"]().isel(omega=0, t=-1)
     assert f"energy = {float(one.energy):.5g} J" in repr(one)
     assert "besides: omega = 1, t = 1 s" in repr(one)
+
+
+FRAME = ss.structure(np.eye(2), [[50.0, -20.0], [-20.0, 20.0]], C=ss.modal_damping(0.05, modes=2), names=("a", "b"))
+RESULTS: dict[str, Callable[[], Any]] = RUNS | {
+    "incremental": lambda: ss.incremental_dynamic_analysis(
+        [SHAKEN, SHAKEN], dt=0.02, periods=[1.0], intensity=[0.1, 0.2], strength=0.5
+    ),
+    "uncertainty": lambda: ss.uncertainty(
+        ss.sweep("duffing", "bathe", eps=stats.norm(1.0, 0.1), samples=16, dt=0.1, t_end=1.0)
+    ),
+    "asce7": lambda: ss.design_spectrum("asce7", S_DS=1.0, S_D1=0.6, T_L=8.0),
+    "nbcc": lambda: ss.design_spectrum("nbcc", S_a=[0.85, 0.75, 0.42, 0.26, 0.08, 0.03]),
+    "intensity": lambda: ss.intensity(SHAKEN, dt=0.02),
+    "record": lambda: ss.Record(0.02, SHAKEN, unit="g", source="a sine"),
+    "modes": lambda: ss.response_spectrum_analysis(FRAME.modes(2), SHAKEN, [1.0, 1.0], dt=0.02),
+    "participation": lambda: FRAME.modes(2).participation([1.0, 1.0]),
+    "critical": lambda: FRAME.critical_step("central_difference"),
+    "drift": lambda: ss.energy_drift(ss.scene("duffing", k=1.0, eps=0.1, u0=1.0), "bathe", t_end=9.0),
+    "own": lambda: ss.own_energy(ss.march(ss.scene("linear_oscillator", omega=2.0), "bathe", dt=0.2, t_end=1.0)),
+}
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_every_result_is_saved_and_comes_back(name: str, tmp_path: Path) -> None:
+    made = RESULTS[name]()
+    made.save(tmp_path / "made.nc")
+    assert ss.load(tmp_path / "made.nc").identical(made if isinstance(made, xr.Dataset) else made.to_xarray())
+
+
+def test_what_is_saved_of_a_result_are_its_numbers_arrays_and_texts() -> None:
+    peaks, drift, record = (RESULTS[name]().to_xarray() for name in ("modes", "drift", "record"))
+    assert dict(peaks.modal_u.sizes) == {"mode": 2, "dofs": 2}
+    assert peaks.u.sel(dofs="b") == RESULTS["modes"]().u[1]
+    assert np.array_equal(drift.lost.sel(power_lost=3), RESULTS["drift"]().lost[3])
+    assert (float(record.dt), record["values"].size, record.unit, record.source) == (0.02, 400, "g", "a sine")
 
 
 @pytest.mark.parametrize("turned", [False, True])

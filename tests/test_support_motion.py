@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy import sparse
 from scipy.integrate import solve_ivp
 
 import substep as ss
@@ -35,10 +36,13 @@ LEFT = (lambda t: 0.1 * (1 - np.cos(2.0 * t)), lambda t: 0.2 * np.sin(2.0 * t), 
 RIGHT = (lambda t: 0.05 * t**2, lambda t: 0.1 * t, lambda t: 0.1 + 0.0 * t)
 
 
-def test_each_support_moves_in_its_own_way() -> None:
-    C = 0.01 * K
+@pytest.mark.parametrize(
+    ("given", "C"),
+    [(ss.Rayleigh(0.0, 0.01), 0.01 * K), (0.02 * K, 0.02 * K), (sparse.csr_array(0.01 * K), 0.01 * K), (None, 0.0 * K)],
+)
+def test_each_support_moves_in_its_own_way(given: Any, C: np.ndarray) -> None:
     expected = exact(LEFT, RIGHT, 3.0, C)
-    shaken = chain(C=ss.Rayleigh(0.0, 0.01))
+    shaken = chain(C=given)
     for dof, (u, v, _) in ((0, LEFT), (3, RIGHT)):
         shaken = shaken.support_motion([dof], displacement=u, velocity=v)
     r = ss.march(shaken, "rkn64" if shaken.C is None else "dormand_prince", dt=0.005, t_end=3.0)
@@ -84,10 +88,13 @@ def test_what_is_no_motion_of_supports_is_refused(made: Any, match: str) -> None
 
 def test_damping_and_mass_between_supports_and_structure_are_not_left_out_silently() -> None:
     moved = {"displacement": ss.Step(0.1)}
-    with pytest.raises(ValueError, match="velocity="):
-        chain(C=ss.Rayleigh(0.0, 0.01)).support_motion([0], **moved)
-    with pytest.raises(ValueError, match="matrix of the free"):
-        chain(C=0.01 * K).support_motion([0], **moved)
+    for C in (ss.Rayleigh(0.0, 0.01), 0.01 * K):
+        with pytest.raises(ValueError, match="expected velocity= with displacement="):
+            chain(C=C).support_motion([0], **moved)
+    chain(C=np.diag([1.0, 2.0, 1.0, 0.0])).support_motion([0], **moved)  # nothing between supports and structure
+    for s in (chain(C=ss.modal_damping(0.05, modes=2)), chain(C=0.01 * K).modes(2).damped(0.05).structure):
+        with pytest.raises(ValueError, match="or a matrix, got ratios of modes"):
+            s.support_motion([0], **moved)
     coupled = M + 0.1 * np.eye(4, k=1) + 0.1 * np.eye(4, k=-1)
     with pytest.raises(ValueError, match="lumped"):
         ss.structure(coupled, K, fixed=[0, 3]).support_motion([0], **moved)

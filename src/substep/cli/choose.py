@@ -7,6 +7,7 @@ import numpy as np
 import typer
 from rich.console import Console
 
+from ..core import errors
 from ..core.schemes import schemes
 from .arguments import (
     SceneArgument,
@@ -97,7 +98,8 @@ def choose(
             if not quantity.isdecimal():
                 raise ValueError(f"expected --quantity as the number of a degree of freedom, from 0, got '{quantity}'")
             with working(f"choosing for {stiffness.name}"):
-                known = known_modes(here, modes).damped(damping_ratio)
+                ratio = errors.damping_ratio("--damping-ratio", damping_ratio)
+                known = known_modes(here, modes).damped(ratio)
                 answer = choose_for_structure(
                     known, accuracy, t_end=end, quantity=int(quantity), among=candidates, model=cast("Model", model)
                 )

@@ -251,13 +251,17 @@ def number_or_row(name: str, value: ArrayLike) -> NDArray[np.float64]:
     return array
 
 
-def damping_ratio(name: str, value: ArrayLike) -> NDArray[np.float64]:
-    """Damping ratios of a structure as an array, else a ValueError: also for those above 1, as of percent."""
+def damping_ratio(name: str, value: ArrayLike, *, overdamped: bool | None = None) -> NDArray[np.float64]:
+    """Damping ratios of a structure as an array, else a ValueError: also for those above 1, as of percent.
+
+    overdamped: whether the user says that these are meant; None where that cannot be said.
+    """
     ratios = non_negative(name, value)
-    if (ratios > 1.0).any():
+    if not overdamped and (ratios > 1.0).any():
         largest = float(ratios.max())
+        meant = "" if overdamped is None else f"; if the ratio {largest:g} is meant, add overdamped=True"
         raise ValueError(
-            f"expected {name} as a ratio, at most 1, got {largest:g}; {largest:g} % is {largest / 100.0:g}"
+            f"expected {name} as a ratio, at most 1, got {largest:g}; {largest:g} % is {largest / 100.0:g}{meant}"
         )
     return ratios
 

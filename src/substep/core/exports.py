@@ -1,8 +1,9 @@
 """A response as a Dataset of xarray's and a DataFrame of pandas'; `history_figure` draws it."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 
@@ -11,7 +12,8 @@ from .errors import called_as
 
 if TYPE_CHECKING:
     from pandas import DataFrame
-    from xarray import Dataset
+
+    from .result_dataset import ResultDataset
 
 
 class History(NamedTuple):
@@ -32,7 +34,39 @@ class Histories(NamedTuple):
     attrs: Mapping[str, Any]
 
 
-def to_dataset(found: Histories) -> "Dataset":
+class Exported:
+    """A result that can be kept in a file, as a Dataset of its numbers, its arrays, and rows by a mapping's keys.
+
+    axes: of arrays and of mappings the names of their axes; also of properties that belong to it.
+    """
+
+    axes: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+
+    def to_xarray(self) -> "ResultDataset":
+        """Its numbers and arrays, with texts as attributes; what is None, or is a handle, is left out."""
+        from .result_dataset import ResultDataset  # noqa: PLC0415 (loads xarray)
+
+        variables: dict[str, Any] = {}
+        attrs: dict[str, str] = {}
+        own = (f.name for f in fields(cast("Any", self)) if not f.name.startswith("_"))
+        for name in dict.fromkeys([*own, *self.axes]):
+            x, axes = getattr(self, name), self.axes.get(name, ())
+            if isinstance(x, Mapping) and x:
+                rows = cast("Mapping[Any, Any]", x)
+                variables[axes[0]] = named(axes[0], np.array(list(rows)), {})
+                x = list(rows.values())
+            if isinstance(x, str):
+                attrs[name] = x
+            elif (values := np.array(x)).dtype.kind in "iufU":
+                variables[name] = named(axes, values, {})
+        return ResultDataset(variables, attrs=attrs)
+
+    def save(self, path: str | Path) -> None:
+        """Write `to_xarray` to a netCDF file, which `substep.load` reads; OSError where that cannot be done."""
+        self.to_xarray().save(path)
+
+
+def to_dataset(found: Histories) -> "ResultDataset":
     """Quantities over t and the columns, with units and meanings as attributes."""
     from .result_dataset import ResultDataset  # noqa: PLC0415 (loads xarray)
 
@@ -50,10 +84,11 @@ def to_dataset(found: Histories) -> "Dataset":
 
 
 @called_as('load("response.nc")')
-def load(path: str | Path) -> "Dataset":
-    """The Dataset of a netCDF file, of `Response.save`, or of a sweep or spectrum by `to_netcdf(path, engine="scipy")`.
+def load(path: str | Path) -> "ResultDataset":
+    """The Dataset of a netCDF file that `save` of a response, a sweep, a spectrum or any other result has written.
 
-    Raises OSError for a file that cannot be read, and ValueError for one that is not netCDF.
+    That of a response goes on by `march(start=)`. Raises OSError for a file that cannot be read, and ValueError for one
+    that is not netCDF.
 
     >>> ss.march("duffing", "bathe", dt=0.1, t_end=1.0).save("duffing.nc")
     >>> found = ss.load("duffing.nc")
@@ -66,7 +101,7 @@ def load(path: str | Path) -> "Dataset":
 
     try:
         found = xarray.load_dataset(path, engine="scipy")  # pyright: ignore[reportUnknownMemberType]
-        return ResultDataset(found.data_vars, found.coords, found.attrs)
+        return ResultDataset.of_file(found)
     except (TypeError, ValueError) as error:
         raise ValueError(f"expected a netCDF file, got {path}: {error}; write one by Response.save") from error
 

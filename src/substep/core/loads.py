@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import Array, read_only
 from .errors import float_array, made_as, real_array, real_number
+from .exports import Exported
 from .kernel_modules import loaded
 from .units import TURN, require_angle, unit_of
 
@@ -125,12 +126,14 @@ class HalfSine:
 
 @made_as("Record(0.01, accelerations)")
 @dataclass(frozen=True, eq=False, repr=False)
-class Record:
+class Record(Exported):
     """Samples at 0, dt, 2 dt, ..., linear between them, 0 after the last. Two are equal for equal dt and samples.
 
     unit: of ground accelerations, "g", "m/s^2", "cm/s^2", "gal", "in/s^2" or a factor to m/s^2, in which `samples` are;
     without a unit, samples are the values. source: where they come from.
     """
+
+    axes: ClassVar = {"values": ("sample",)}
 
     dt: float
     values: ArrayLike

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -19,8 +20,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from pandas import DataFrame
-    from xarray import Dataset
 
+    from .result_dataset import ResultDataset
     from .scenes import Scene
     from .schemes import Scheme
 
@@ -259,16 +260,19 @@ class Response:
         failed = {} if self.t_failed is None else {"t_failed": self.t_failed}
         return {"scheme": self.scheme.name, **parameters, "status": self.status, **failed}
 
-    def to_xarray(self) -> "Dataset":
+    def to_xarray(self) -> "ResultDataset":
         """u, v, a over t and coordinate, energy and the scene's own outputs over t; with units and settings."""
         return to_dataset(self._histories())
 
     def save(self, path: str | Path) -> None:
-        """Write `to_xarray` to a netCDF file, which `substep.load` reads, and any other program that knows the format.
+        """Write `to_xarray` and, where it is known, `state` to a netCDF file, which `substep.load` reads.
 
-        Raises OSError where the file cannot be written.
+        What that gives goes on by `march(start=)`. Raises OSError where the file cannot be written.
         """
-        self.to_xarray().to_netcdf(path, engine="scipy")  # pyright: ignore[reportUnknownMemberType]
+        found = self.to_xarray()
+        with suppress(ValueError):  # of a last row without all degrees of freedom
+            found.state = self.state
+        found.save(path)
 
     def to_pandas(self) -> "DataFrame":
         """The same with a row for each time and a column for each history, such as "u x".

@@ -1,12 +1,16 @@
 """A Dataset of xarray's that prints in ten lines."""
 
 from collections.abc import Hashable, Iterator
+from pathlib import Path
 from textwrap import wrap
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from xarray import DataArray, Dataset
 
+from .state import State
+
+STATE = "state "  # what the names of a run's state begin with in its file
 LINES, WIDTH = 10, 100  # of the print at most
 TEXT = 24  # characters of an attribute
 
@@ -19,7 +23,35 @@ class ResultDataset(Dataset):
     show xarray's table.
     """
 
-    __slots__ = ()
+    __slots__ = ("state",)
+    state: State  # where the run of a response stands; selections and the like do not have it
+
+    def save(self, path: str | Path) -> None:
+        """Write it to a netCDF file, which `substep.load` and other programs read; OSError where that cannot be done.
+
+        The state of a run is in it as variables and attributes whose names begin with "state ".
+        """
+        found: Dataset = self
+        if (state := getattr(self, "state", None)) is not None:
+            kept = state.to_xarray()
+            kept = kept.rename({name: f"{STATE}{name}" for name in {*kept.variables, *kept.dims}})
+            attrs = {**self.attrs, **{f"{STATE}{name}": x for name, x in kept.attrs.items()}}
+            found = Dataset({**self.data_vars, **kept.data_vars}, {**self.coords, **kept.coords}, attrs)
+        found.to_netcdf(path, engine="scipy")  # pyright: ignore[reportUnknownMemberType]
+
+    @classmethod
+    def of_file(cls, found: Dataset) -> Self:
+        """What `save` has written, with the state of a run apart from its histories."""
+        names = {str(x) for x in (*found.variables, *found.dims) if str(x).startswith(STATE)}
+        whole = found.drop_vars(names, errors="ignore")
+        attrs, own = (
+            {str(x): y for x, y in found.attrs.items() if str(x).startswith(STATE) == k} for k in (False, True)
+        )
+        made = cls(whole.data_vars, whole.coords, attrs)
+        if names:
+            alone = found.drop_vars(list(whole.variables)).rename({x: x.removeprefix(STATE) for x in names})
+            made.state = State.of_dataset(alone.assign_attrs({x.removeprefix(STATE): y for x, y in own.items()}))
+        return made
 
     def __repr__(self) -> str:
         rows = [row for line in self._lines() for row in wrap(line, WIDTH, subsequent_indent="  ")]

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ..derived.modules import LawDeclaration, SceneDeclaration
 
 SCENES: Mapping[str, Mapping[str, Any]] = loaded("scene_index").SCENES
-OF_OSCILLATOR = ("f", "T", "overdamped")  # arguments that are no parameters of the declaration
+OF_OSCILLATOR = ("f", "T")  # arguments that are no parameters of the declaration
 WITH_LAW = "hysteretic_oscillator"  # takes law = a name of `laws`, or a declaration
 STRAIN_MEASURES = {"green_lagrange": "elastic_pendulum", "engineering": "elastic_pendulum_engineering"}
 
@@ -34,8 +34,9 @@ def scenes() -> tuple[str, ...]:
 
 
 def arguments_of(info: SceneInfo) -> tuple[str, ...]:
-    """What `scene` takes as numbers: the parameters and, of a linear oscillator, what may stand in their place."""
-    return (*info.parameters, *(name for name in OF_OSCILLATOR if info.oscillator and name not in info.parameters))
+    """What `scene` takes as numbers: the parameters, what may stand in their place, and what xi is meant as."""
+    more = (*(OF_OSCILLATOR if info.oscillator else ()), *(["overdamped"] if "xi" in info.parameters else []))
+    return (*info.parameters, *(name for name in more if name not in info.parameters))
 
 
 def with_omega(info: SceneInfo, given: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -262,7 +262,7 @@ def scene(
     """The scene of that name, or of a declaration of your own (`substep_derive.Scene`); a handle stands for itself.
 
     Parameters not given take the default of the declaration. linear_oscillator takes exactly one of omega, rad/s, f,
-    Hz, and T, s; its xi is a ratio, and one of 2 or more, where percent is likelier, needs overdamped=True. a0: the
+    Hz, and T, s. xi, of any scene, is a damping ratio: one of 2 or more, likely percent, needs overdamped=True. a0: the
     initial acceleration, one number for each coordinate; "consistent" takes it from the equation of motion; by default
     as the scene declares it. load: a function of time in s, for scenes that take one. elastic_pendulum also takes
     strain = "green_lagrange" or "engineering", hysteretic_oscillator law = a name of `laws` or a declaration of your
@@ -288,9 +288,9 @@ def scene(
         raise ValueError(f"expected u0 as a displacement or 'static', got {parameters['u0']!r}; give a number")
     if static:
         parameters["u0"] = 0.0
-    meant = bool(parameters.pop("overdamped", False)) if info.oscillator else False
+    meant = bool(parameters.pop("overdamped", False)) if "xi" in info.parameters else False
     values = checked_parameters(info, with_omega(info, parameters), real_number)
-    if info.oscillator and not meant and "xi" in values:
+    if not meant and "xi" in values:
         require_ratio(f"xi of {info.name}", values["xi"])
     if static:
         values["u0"] = _at_rest(make_scene(info, values, a0, load))

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from .arrays import Array, named
-from .errors import real_array, real_number, unknown_name
+from .errors import real_array, real_number, unknown_name, warn
 from .scheme_record import SchemeRecord
+from .stability import amplification
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -51,28 +52,35 @@ class State:
     memory: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
     @classmethod
-    def given(cls, start: Any) -> State:
+    def given(cls, start: Any, scheme: SchemeRecord) -> State:
         """The state that a user gives: of a response, of its file, or a dictionary of u, v and what else is known.
 
-        Raises ValueError for anything else, for numbers that are not finite, and for other names.
+        Raises ValueError for anything else, for numbers that are not finite, and for other names. Warns where a
+        dictionary leaves out an acceleration that the scheme would carry on and that is not the consistent one.
         """
         if isinstance(start, State):
             return start
         if (state := getattr(start, "state", None)) is not None:
             return state
         if "origin" in getattr(start, "attrs", ()):
-            return cls._of_dataset(start)
+            return cls.of_dataset(start)
         shown = repr(start)[:60]
-        if not isinstance(start, Mapping) or not {"u", "v"} <= start.keys():
+        if hasattr(start, "attrs") or not isinstance(start, Mapping) or not {"u", "v"} <= start.keys():
             raise ValueError(
-                "expected start as a response, its `state`, what ss.load reads of a saved state, or a dictionary with "
-                f"u and v, got {shown}; give r, or {{'t': 0.0, 'u': ..., 'v': ..., 'a': ...}}"
+                "expected start as a response, its `state`, what ss.load reads of a file by r.save or r.state.save, or "
+                f"a dictionary with u and v, got {shown}; give r, or {{'t': 0.0, 'u': ..., 'v': ..., 'a': ...}}"
             )
         parts = cast("Mapping[str, Any]", start)
         if unknown := [name for name in parts if name not in GIVEN]:
             raise unknown_name("a part of start", str(unknown[0]), GIVEN)
         u, v = (np.atleast_1d(real_array(name, parts[name])) for name in ("u", "v"))
-        a, carried = parts.get("a"), parts.get("history")
+        a, carried, t = parts.get("a"), parts.get("history"), real_number("t of start", parts.get("t", 0.0))
+        if a is None and not carried and t > 0.0 and _carries_its_own_a(scheme):
+            warn(
+                f"start has no acceleration at t = {t:.6g}, and {scheme.name} carries one that is not that of the "
+                "equation of motion, from which the run now begins anew, as another motion than that of a run which "
+                "goes on; give the response or its r.state, 'a': r.a[-1], or 'a': 'consistent' if this is meant"
+            )
         a = "consistent" if a is None else a
         if isinstance(a, str) and a != "consistent":
             raise ValueError(f"expected a of start as numbers or 'consistent', got {a!r}; give one, or leave it out")
@@ -87,7 +95,7 @@ class State:
         given = cast("Mapping[str, Any]", parts.get("memory") or {})
         arrays = {name: real_array(f"{name} of start", x) for name, x in given.items()}
         memory = {name: x if x.ndim else float(x) for name, x in arrays.items()}
-        return cls(real_number("t of start", parts.get("t", 0.0)), u, v, own_a, history, memory=memory)
+        return cls(t, u, v, own_a, history, memory=memory)
 
     def goes_on(self, of: str, dt: float) -> bool:
         """Whether it is where a run `of` this scheme and kind in steps of dt can go on as if it had not been broken."""
@@ -166,7 +174,8 @@ class State:
         return xarray.Dataset(found, {"label": labels} if self.history else {}, attrs)
 
     @classmethod
-    def _of_dataset(cls, found: Dataset) -> State:
+    def of_dataset(cls, found: Dataset) -> State:
+        """What `to_xarray` has made of a state."""
         arrays = {str(name): np.array(x.values, np.float64) for name, x in found.items()}
         labels = [str(label) for label in found["label"].values] if "label" in found.coords else []
         t, dt, origin, dt_next = (float(found.attrs[name]) for name in ("t", "dt", "origin", "dt_next"))
@@ -194,6 +203,15 @@ def whose(scheme: SchemeRecord, kind: str = "") -> str:
     """A scheme in words, the user's own with the digest of its declaration, and the kind of a run: `State.of`."""
     own = scheme.kernels.__name__ if scheme.info.declaration is not None else ""
     return f"{kind and kind + ': '}{scheme!r}{own}"
+
+
+def _carries_its_own_a(scheme: SchemeRecord) -> bool:
+    """Whether its acceleration after a free step is another one than -omega^2 u, as that of the alpha schemes is."""
+    entries = scheme.info.history
+    if not {(0, 0), (2, 0)} <= set(entries):
+        return False
+    A = amplification(scheme, 1.0, 0.0)
+    return bool(np.abs(A[entries.index((0, 0))] + A[entries.index((2, 0))]).max() > 1e-9)
 
 
 def bare(labels: Iterable[str]) -> list[str]:

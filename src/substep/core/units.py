@@ -89,11 +89,15 @@ def require_plausible(what: str, values: Array, cure: str = "") -> None:
     """
     peak = float(np.abs(values).max(initial=0.0))
     if peak != 0.0 and not LEAST <= peak <= LARGEST:
-        readings = ", ".join(f"{peak * UNITS[u] / STANDARD_GRAVITY:.3g} g in {u}" for u in ("m/s^2", "g", "cm/s^2"))
         raise ValueError(
-            f"{what}: expected the unit of accelerations, got none and a peak of {peak:.6g}, which is {readings}; "
-            f'give unit="m/s^2", "g" or "cm/s^2"{cure}'
+            f"{what}: expected the unit of accelerations, got none and a peak of {peak:.6g}, which is {readings(peak)}"
+            f'; give unit="m/s^2", "g" or "cm/s^2"{cure}'
         )
+
+
+def readings(value: float) -> str:
+    """What an acceleration is in g, in each unit that it may have."""
+    return ", ".join(f"{value * UNITS[u] / STANDARD_GRAVITY:.3g} g in {u}" for u in ("m/s^2", "g", "cm/s^2"))
 
 
 def require_step(what: str, dt: float) -> None:
@@ -122,10 +126,11 @@ def require_angle(what: str, angle: Array | float) -> None:
         )
 
 
-def require_ratio(what: str, xi: float) -> None:
-    """Raise ValueError for a damping ratio that is likely one in percent."""
-    if xi >= OVERDAMPED:
+def require_ratio(what: str, xi: Array | float) -> None:
+    """Raise ValueError for a damping ratio, the largest of several, that is likely one in percent."""
+    largest = float(np.max(xi, initial=0.0))
+    if largest >= OVERDAMPED:
         raise ValueError(
-            f"expected {what} as a ratio, got {xi:g}; {xi:g} % is {xi / 100.0:g}; if the ratio {xi:g} is meant, add "
-            "overdamped=True"
+            f"expected {what} as a ratio, got {largest:g}; {largest:g} % is {largest / 100.0:g}; if the ratio "
+            f"{largest:g} is meant, add overdamped=True"
         )

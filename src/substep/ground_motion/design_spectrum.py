@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..core.arrays import Array, named
 from ..core.errors import called_as, damping_ratio, real_array, real_number, unknown_name
-from ..core.units import LARGEST, STANDARD_GRAVITY, unit_of
+from ..core.units import LARGEST, STANDARD_GRAVITY, UNITS, readings, unit_of
 from .spectrum import natural_periods, of_oscillators
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def design_spectrum(code: str, periods: ArrayLike | None = None, **parameters: A
     attrs name the clause, the parameters as they are given, their unit, and what follows: S, T_B, T_C, T_D and eta, or
     T_0 and T_S. Raises ValueError for a code, ground or type that there is not, for parameters that are not positive,
     for a T_L below T_S and for accelerations without a unit that are likely in another one: a_g up to 0.39 m/s^2, very
-    low seismicity, and others above 5 g; TypeError for parameters that the code does not take, or that are missing.
+    low seismicity, and any above 5 g; TypeError for parameters that the code does not take, or that are missing.
 
     >>> code = ss.design_spectrum("ec8", [0.0, 0.3, 1.0], a_g=2.5, ground="B")
     >>> code.acceleration.to_numpy().round(3).tolist()  # m/s^2
@@ -93,11 +93,11 @@ def _ec8(
     S, T_B, T_C, T_D = SOIL[type][ground]
     eta = max(float(np.sqrt(10.0 / (5.0 + 100.0 * damping))), 0.55)
     at_rock = real_number("a_g", a_g, positive=True)
+    used, factor = _unit("a_g", at_rock, unit, "m/s^2")
     if unit is None and at_rock <= VERY_LOW:
         raise ValueError(
             f'expected a_g in m/s^2, got {at_rock:g}, which is very low seismicity; give unit="g" or unit="m/s^2"'
         )
-    used, factor = unit_of("m/s^2" if unit is None else unit)
     at_0 = at_rock * factor * S
     acceleration = _branches(periods, at_0, 2.5 * eta * at_0, T_B, T_C, T_D)
     acceleration[periods > LONGEST] = np.nan
@@ -109,10 +109,10 @@ def _ec8(
 def _asce7(periods: Array, *, S_DS: float, S_D1: float, T_L: float, unit: str | float | None = None) -> Dataset:
     given = {"S_DS": S_DS, "S_D1": S_D1, "T_L": T_L}
     plateau, at_1, T_D = (real_number(name, value, positive=True) for name, value in given.items())
+    used, factor = _unit("S_DS and S_D1", max(plateau, at_1), unit, "g")
     T_S = at_1 / plateau
     if T_D < T_S:
         raise ValueError(f"expected T_L >= T_S = S_D1/S_DS = {T_S:g} s, got {T_D:g} s; correct one of the three")
-    used, factor = _in_g("S_DS", plateau, unit)
     acceleration = factor * _branches(periods, 0.4 * plateau, plateau, 0.2 * T_S, T_S, T_D)
     attrs = {"code": "ASCE 7-16, 11.4.6", **given, "unit": used, "T_0": 0.2 * T_S, "T_S": T_S}
     return _dataset(periods, acceleration, 0.05, attrs)
@@ -127,7 +127,7 @@ def _nbcc(periods: Array, *, S_a: ArrayLike, F: ArrayLike = 1.0, unit: str | flo
                 f"expected {name} > 0 at the periods {', '.join(f'{T:g}' for T in NBCC_PERIODS)} s, got "
                 f"{values.tolist()}; give six values"
             )
-    used, factor = _in_g("S_a", float(hazard.max()), unit)
+    used, factor = _unit("S_a", float(hazard.max()), unit, "g")
     S = site * hazard
     S[0] = max(S[0], S[1])
     attrs = {"code": "NBCC 2015, 4.1.8.4.(9)", "S_a": hazard, "F": np.broadcast_to(site, 6).copy(), "unit": used}
@@ -137,11 +137,14 @@ def _nbcc(periods: Array, *, S_a: ArrayLike, F: ArrayLike = 1.0, unit: str | flo
 CODES: dict[str, Callable[..., Dataset]] = {"ec8": _ec8, "asce7": _asce7, "nbcc": _nbcc}
 
 
-def _in_g(name: str, value: float, unit: str | float | None) -> tuple[str, float]:
-    """The unit that was given, by name and factor to m/s^2, or g, unless the value is likely not in it."""
-    if unit is None and value * STANDARD_GRAVITY > LARGEST:
-        raise ValueError(f'expected {name} in g, got {value:g}; give unit="m/s^2", as it seems, or unit="g"')
-    return unit_of("g" if unit is None else unit)
+def _unit(name: str, value: float, unit: str | float | None, usual: str) -> tuple[str, float]:
+    """The unit that was given, by name and factor to m/s^2, or the usual one, unless the value is too large for it."""
+    if unit is None and value * UNITS[usual] > LARGEST:
+        raise ValueError(
+            f"expected {name} in {usual}, got {value:g}, which is {readings(value)}, {value / 100.0:.3g} g in % of g; "
+            f'give unit="m/s^2", "g", "cm/s^2" or, for % of g, {STANDARD_GRAVITY / 100.0:g}'
+        )
+    return unit_of(usual if unit is None else unit)
 
 
 def _branches(T: Array, at_0: float, plateau: float, T_B: float, T_C: float, T_D: float) -> Array:

@@ -11,13 +11,14 @@ from numpy.typing import ArrayLike
 
 from ..core.arrays import Array
 from ..core.errors import called_as
+from ..core.exports import Exported
 from ..core.loads import Record
 from ..core.units import STANDARD_GRAVITY, unit_of
 from .spectrum import record_of
 
 
 @dataclass(frozen=True, repr=False)
-class Intensity:
+class Intensity(Exported):
     """Measures of the intensity of a ground motion; see `substep.intensity`.
 
     pga: peak ground acceleration, m/s^2. pgv: peak ground velocity, m/s. pgd: peak ground displacement, m. arias: Arias

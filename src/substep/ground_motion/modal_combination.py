@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from ..core.arrays import Array, named
 from ..core.coefficients import refuse_damping
 from ..core.errors import called_as, real_array, unknown_name
+from ..core.exports import Exported
 from ..core.loads import Record
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
@@ -37,7 +38,7 @@ LONG = {
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SpectrumAnalysis:
+class SpectrumAnalysis(Exported):
     """Peaks of a structure on a moving base, estimated from those of its modes.
 
     dofs: the k degrees of freedom. modal_u, modal_a (m, k): peak of each mode, with the sign of its shape, of the
@@ -45,6 +46,11 @@ class SpectrumAnalysis:
     (m,): peak of the force on the base along the direction, effective mass times spectral acceleration. correlation
     (m, m): of the modes' peaks, by which they are combined; the identity for SRSS.
     """
+
+    axes: ClassVar = {
+        **{"dofs": ("dofs",), "u": ("dofs",), "a": ("dofs",), "shear": (), "modal_shear": ("mode",)},
+        **{"modal_u": ("mode", "dofs"), "modal_a": ("mode", "dofs"), "correlation": ("mode", "other")},
+    }
 
     modes: Modes
     dofs: tuple[Dof, ...]

@@ -171,7 +171,7 @@ def marched(
     _require_known(scene, scheme, of_structure)
     scheme = numbers_only(scheme, "substep.sweep takes arrays")
     scene = make_scene(scene)
-    state = None if start is None else _on_scene(scene, State.given(start))
+    state = None if start is None else _on_scene(scene, State.given(start, scheme))
     steps = steps_of(dt, tol, t_end, stride=stride, length=scene.length, start=state, chosen=chosen)
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
     if scene.info.multipliers or scene.info.contacts:

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from ..core.errors import inside, real_array
+from ..core.errors import damping_ratio, inside, real_array
 from ..core.laws import Law
 from .model.memory import RememberingForce
 from .modes.modal_damping import modal_damping
-from .structure import Structure, damping_of, structure
+from .structure import Structure, damped_by, structure
 
 
 def shear_building(
@@ -58,8 +58,8 @@ def shear_building(
             raise ValueError(f"expected heights of all stories as one number or {n}, got shape {each.shape}")
         force.springs = replace(force.springs, lengths=np.broadcast_to(each, (n,)))
     if isinstance(damping, int | float) and not isinstance(damping, bool):
-        damping = modal_damping(float(damping), modes=n if modes_damped is None else modes_damped)
+        damping = modal_damping(damping_ratio("damping", damping), modes=n if modes_damped is None else modes_damped)
         damping = damping.matrix(made).toarray()
     elif modes_damped is not None:
         raise ValueError("expected modes_damped beside a ratio as damping, got another; leave it out")
-    return replace(made, C=damping_of(made, damping))
+    return damped_by(made, damping)

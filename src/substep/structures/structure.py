@@ -31,7 +31,7 @@ from .modes.modal_damping import ModalDamping
 from .modes.modes import ModalBasis, modal_damping_matrix
 from .modes.superposition import superpose
 from .solvers.factorization import Solver
-from .solvers.matrices import Matrix, checked, is_operator, reduced
+from .solvers.matrices import checked, is_operator, reduced
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -71,14 +71,16 @@ class Structure(Model):
         """The same structure, of which these supports, fixed degrees of freedom, move together; others stay.
 
         acceleration, m/s^2: the response is then that beyond the static displacements under the supports' own, and
-        damping between supports and structure is left out, as is usual; displacement, with the velocity where damping
-        acts on the supports: the response is the motion itself; a Record is 0 after its end. Call it again for supports
-        that move otherwise. By a displacement, damping proportional to the mass acts on the motion itself, as dashpots
-        to a place at rest do; by an acceleration it acts on the motion beyond the static one. Where u0 is "static", it
-        is so with the supports where the displacement puts them at t = 0.
+        damping between supports and structure is left out, as is usual; displacement, with the velocity where damping,
+        by a matrix C (N, N) or Rayleigh's, acts between supports and structure: the response is the motion itself; a
+        Record is 0 after its end. Call it again for supports that move otherwise. By a displacement, damping
+        proportional to the mass acts on the motion itself, as dashpots to a place at rest do; by an acceleration it
+        acts on the motion beyond the static one. Where u0 is "static", it is so with the supports where the
+        displacement puts them at t = 0.
 
         Raises ValueError for degrees of freedom that are free, for both or neither of acceleration and displacement,
-        for an internal force, and for an acceleration where there are contacts. Chopra, Dynamics of Structures, 9.7.
+        for an internal force, for a displacement under damping by ratios of modes, and for an acceleration where there
+        are contacts. Chopra, Dynamics of Structures, 9.7.
 
         >>> bridge = ss.structure(np.eye(3), [[2.0, -1, -1], [-1, 1, 0], [-1, 0, 1]], fixed=[1, 2])
         >>> shaken = bridge.support_motion([1], displacement=ss.Step(0.1))
@@ -231,7 +233,7 @@ def structure(
         loaded.pushed  # noqa: B018 (raises for contacts without mass)
     if nonlinear and constraints:
         loaded = replace(loaded, contacts=_held(loaded, constraints))
-    return replace(loaded, C=damping_of(loaded, C))
+    return damped_by(loaded, C)
 
 
 def _held(s: Structure, given: Any) -> Held:
@@ -249,18 +251,21 @@ def _held(s: Structure, given: Any) -> Held:
     return found
 
 
-def damping_of(s: Model, C: Any) -> Matrix | Rayleigh | None:
-    """The damping of a structure from what `structure` takes as C."""
+def damped_by(s: Structure, C: Any) -> Structure:
+    """The structure with the damping that `structure` takes as C."""
     if isinstance(C, Rayleigh) and C.beta != 0.0 and s.K is None:
         raise ValueError(
             "expected tangent= for Rayleigh damping with beta, which takes the tangent at u0, got none; give it, or "
             "set beta = 0"
         )
     if isinstance(C, ModalDamping):
-        return C.matrix(s)
+        return replace(s, C=C.matrix(s), full_damping=None)
     if isinstance(C, int | float):
         raise ValueError(
             f"expected C as a matrix, got {C}; for a ratio of the modes give C=ss.modal_damping({C}, modes=10), "
             f"or of two frequencies C=ss.rayleigh({C}, {C}, at=(omega_1, omega_2))"
         )
-    return C if C is None or isinstance(C, Rayleigh) else reduced(checked("C", C, s.T.shape[0]), s.T)
+    if C is None or isinstance(C, Rayleigh):
+        return replace(s, C=C, full_damping=None)
+    whole = checked("C", C, s.T.shape[0])
+    return replace(s, C=reduced(whole, s.T), full_damping=whole)

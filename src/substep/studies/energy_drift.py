@@ -2,12 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ..core.arrays import Array
 from ..core.errors import called_as, real_number
+from ..core.exports import Exported
 from ..core.scenes import Scene, scene
 from ..derived.simple_fraction import printed_fraction
 from ..run.clock import end_asked
@@ -18,13 +19,15 @@ ACCURATE = 1e-11  # relative tolerance of the exact motion
 
 
 @dataclass(frozen=True)
-class EnergyDrift:
+class EnergyDrift(Exported):
     """Prediction for any step h that resolves the motion, at the times t (n + 1,), s.
 
     E0: energy at the start, J. lost, swing: power of h -> (n + 1,), J/s^power: how much energy the scheme has lost
     since t = 0, negative where it has gained, and how much less it reports for the time being than it keeps. loss: the
     lowest power at which energy is lost or gained for good, None where none was found.
     """
+
+    axes: ClassVar = {"t": ("t",), "lost": ("power_lost", "t"), "swing": ("power_swing", "t")}
 
     t: Array
     E0: float

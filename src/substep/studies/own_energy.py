@@ -2,11 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from ..core.arrays import Array
 from ..core.errors import called_as
+from ..core.exports import Exported
 from ..core.loads import Load, values_at
 from ..core.response import Response
 from ..structures.march.response import StructureResponse
@@ -18,13 +20,15 @@ KINDS = {"u": 0, "h*v": 1, "h^2*a": 2}  # what a state's labels begin with, and 
 
 
 @dataclass(frozen=True, eq=False)
-class OwnEnergy:
+class OwnEnergy(Exported):
     """The scheme's own energy (n,) at the times t (n,), s, and what has changed it since the first of them, (n,) each.
 
     energy - energy[0] = work - damped - numerical, to rounding. energy: (k/2) U^2 of each mode, with its stiffness k
     and the amplitude U of u in the scheme's free undamped motion through the state. work: of the loads. damped: by the
     damping, as a force on the undamped scheme. numerical: by the scheme itself. In the unit of the run's energy.
     """
+
+    axes: ClassVar = dict.fromkeys(("t", "energy", "work", "damped", "numerical"), ("t",))
 
     t: Array
     energy: Array

@@ -76,8 +76,8 @@ def sweep(
 
     axes: any parameter of scheme, scene or load (except of a Record), or a family's argument, by name: a row of values
     becomes a dimension, in the order of the call, a number does not. A name that two of them have needs a prefix, as in
-    scheme_gamma, scene_omega, load_omega; any other may have it. a0 and load, and strain of elastic_pendulum, are
-    those of `substep.scene`, for a scene that is not a handle.
+    scheme_gamma, scene_omega, load_omega; any other may have it. overdamped, and for a scene that is not a handle a0,
+    load, and strain of elastic_pendulum, are those of `substep.scene`.
 
     An uncertain parameter is a distribution of `scipy.stats` with its parameters, such as scipy.stats.norm(1.0, 0.1):
     all of a call are drawn together, with samples=N points along one dimension "draw", the last, whose coordinates are

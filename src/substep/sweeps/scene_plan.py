@@ -18,6 +18,7 @@ from ..core.scenes import Scene, make_scene
 from ..core.schemes import Scheme, scheme_info
 from ..core.schemes import scheme as make_scheme
 from ..core.single import Dtype, require_possible
+from ..core.units import require_ratio
 from ..marching.adaptive import adaptive_kernels
 from ..marching.linear import LOADED
 from ..marching.run import require_decay
@@ -237,6 +238,9 @@ def planned(
     else:
         which = {"elastic_pendulum": "strain", WITH_LAW: "law"}.get(scene, "") if isinstance(scene, str) else ""
         of_scene = scene_info(scene, {which: values.pop(which)} if which in values else {})
+    if "xi" in of_scene.parameters and not values.pop("overdamped", False):
+        for name in values.keys() & {"xi", "scene_xi"}:
+            require_ratio(f"{name} of {of_scene.name}", real_array(name, values[name]))
     own_load = is_dataclass(load) and not isinstance(load, (Record, type))
     owned: dict[Owner, list[str]] = {
         "scene": [*of_scene.parameters],

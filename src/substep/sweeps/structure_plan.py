@@ -35,7 +35,7 @@ from ..structures.model.given import Dof, loads_of
 from ..structures.model.memory import Memory, Recalled, RememberingForce
 from ..structures.model.springs import Springs
 from ..structures.solvers.combine import combined
-from ..structures.structure import Structure, damping_of
+from ..structures.structure import Structure, damped_by
 from .lanes import largest_moduli
 from .sweep_plan import STATUS, Results, SweepPlan, Variable
 
@@ -210,7 +210,7 @@ def planned_structure(
     request = asked(scheme, dt, None, t_end, keep, parameters, {}, {}, text, RESERVED | OWN)
     if keep == "history" and any(axis.owner == "step" for axis in request.axes):
         raise ValueError("expected one dt where histories are kept, got several; keep 'final' or 'peak', or sweep each")
-    damped = models if dampings is None else [replace(s, C=damping_of(s, c)) for s in models for c in dampings]
+    damped = models if dampings is None else [damped_by(s, c) for s in models for c in dampings]
     if records is not None and factors is not None:
         records = [Record(r.dt, float(x) * r.samples, source=r.source) for r in records for x in factors]
     cases = tuple(_cases(s, loads, records, direction) for s in damped)

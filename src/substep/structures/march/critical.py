@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.arrays import Array
+from ...core.exports import Exported
 from ...core.schemes import Scheme
 from ...run.schemes import numbers_only
 from ..model.model import Model
@@ -26,7 +27,7 @@ NOTHING = 1e-10  # of the largest: a stiffness or damping that is rounding
 
 
 @dataclass(frozen=True)
-class CriticalStep:
+class CriticalStep(Exported):
     """The largest stable step, s; inf for a scheme that is stable at every step.
 
     omega: the structure's largest circular frequency, rad/s, and xi the damping ratio of its mode. Omega: up to which

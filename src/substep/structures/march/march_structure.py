@@ -93,7 +93,7 @@ def march_structure(
     for what, given, cure in (("tol=", tol, "give dt"), ("save=", save, "go on from r.state by start=")):
         if given is not None:
             require_no_contacts(structure, what, cure)
-    state = None if start is None else State.given(start)
+    state = None if start is None else State.given(start, scheme)
     steps = steps_of(dt, tol, t_end, stride=stride, start=state, chosen=chosen)
     require_definite_mass(structure)
     if account and (name := unsymmetric(structure)):

@@ -1,6 +1,7 @@
 """What a march of a structure returns: histories at the degrees of freedom asked for, and the account of energy."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
@@ -222,7 +223,11 @@ class StructureResponse(Response):
 
     @property
     def _jumped(self) -> str:
-        return ""  # which would take a factorization of M
+        started = self.started
+        given = self.structure.a0_given is not None if started is None else started.a is not None and not started.of
+        with suppress(ValueError):  # of a mass that is singular, or an a that cannot be computed
+            return super()._jumped if given else ""  # else it would take a factorization of M
+        return ""
 
     @property
     def loads(self) -> Sequence[Load]:

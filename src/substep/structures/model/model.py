@@ -44,9 +44,9 @@ class Model:
     modes are damped, Rayleigh damping, or None. T (N, n): the displacements of all N degrees of freedom are T q.
     loads: pairs of a vector (n,) and a function of time. u0, v0 (n,). names: of all N degrees of freedom, or empty.
     motions: of the ground, pairs of displacements (N,) for a unit motion of the base, and its acceleration.
-    full_mass, full_stiffness: M and K (N, N), the latter None with an internal force. static: whether u0 was asked for
-    as the equilibrium under the loads at t = 0. contacts: gaps that reactions keep from closing, or
-    nonlinear constraints, if there are any.
+    full_mass, full_stiffness, full_damping: M, K and C (N, N); K is None with an internal force, C where it was not
+    given as a matrix. static: whether u0 was asked for as the equilibrium under the loads at t = 0. contacts: gaps that
+    reactions keep from closing, or nonlinear constraints, if there are any.
     """
 
     M: Matrix
@@ -62,6 +62,7 @@ class Model:
     motions: tuple[tuple[Array, Record], ...] = ()
     full_mass: Matrix = None
     full_stiffness: Matrix = None
+    full_damping: Matrix = None
     internal: InternalForce | RememberingForce | None = None
     static: bool = False
     contacts: Contacts | Held | None = None

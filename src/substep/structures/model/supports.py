@@ -38,20 +38,15 @@ def displaced(s: Model, displacement: Load, velocity: Load | None, dofs: Iterabl
         )
     held = _forces(s, _stiffness(s), moved)
     loads = [*s.loads, (-held, displacement)]
-    if isinstance(s.C, Rayleigh):
-        damped = s.C.beta * held
+    if s.C is not None:
+        damped = _damping(s, held, moved)
         if damped.any() and velocity is None:
             raise ValueError(
-                "expected velocity= with displacement=, since damping proportional to the stiffness acts between the "
-                "supports and the structure, got none; give the velocity of the supports too"
+                "expected velocity= with displacement=, since damping acts between the supports and the structure, got "
+                "none; give the velocity of the supports too"
             )
         if damped.any() and velocity is not None:
             loads.append((-damped, velocity))
-    elif s.C is not None:
-        raise ValueError(
-            "expected damping between supports and structure that is known: none or ss.rayleigh, got a matrix of the "
-            "free degrees of freedom; give acceleration= in place of displacement=, or the force as a load"
-        )
     u0 = s.u0
     if s.static and (put := float(values_at(displacement, np.zeros(1))[0])) != 0.0:
         u0 = u0 - put * s.factorized(s.K, "K, the stiffness matrix, for u0='static'")(held)
@@ -89,6 +84,18 @@ def _stiffness(s: Model) -> Any:
             "itself; move them in it, as a function of t, u and v"
         )
     return s.full_stiffness
+
+
+def _damping(s: Model, held: Array, moved: Array) -> Array:
+    """What the damping makes of a velocity of the supports, whose displacement gives the forces `held` (n,)."""
+    if isinstance(s.C, Rayleigh):
+        return s.C.beta * held
+    if s.full_damping is None:
+        raise ValueError(
+            "expected damping between supports and structure that is known: none, ss.rayleigh or a matrix, got ratios "
+            "of modes; give acceleration= in place of displacement=, or the force as a load"
+        )
+    return _forces(s, s.full_damping, moved)
 
 
 def _forces(s: Model, matrix: Any, moved: Array) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.arrays import Array
-from ...core.errors import called_as, damping_ratio, non_negative
+from ...core.errors import called_as, damping_ratio
 from ..model.model import Model
 from ..solvers.low_rank import LowRank
 from .eigen import eigenmodes
@@ -43,21 +43,22 @@ class ModalDamping:
 
 
 @called_as("modal_damping(0.05, modes=10)")
-def modal_damping(xi: ArrayLike, modes: ModalBasis | int | None = None) -> ModalDamping:
+def modal_damping(xi: ArrayLike, modes: ModalBasis | int | None = None, *, overdamped: bool = False) -> ModalDamping:
     """Damping ratios of modes, as C of `substep.structure`: sum of 2 xi omega (M phi) (M phi)^T, all others undamped.
 
     xi: ratios (m,) of the m lowest modes, or one for all. modes: how many, if xi is one number; or a structure's
-    `Modes`, which are then not computed again. The matrix is full and is never formed: products take 4 n m operations,
-    and effective matrices are those without it, corrected (Woodbury). Of an internal force the modes are those of its
-    tangent at u0. Wilson & Penzien, Int. J. Num. Meth. Eng. 4 (1972) 5-10.
+    `Modes`, which are then not computed again. overdamped: ratios above 1 are meant. The matrix is full and is never
+    formed: products take 4 n m operations, and effective matrices are those without it, corrected (Woodbury). Of an
+    internal force the modes are those of its tangent at u0. Wilson & Penzien, Int. J. Num. Meth. Eng. 4 (1972) 5-10.
 
-    Raises ValueError for negative ratios, for one number without `modes`, and for as many as there are no modes.
+    Raises ValueError for negative ratios, for those above 1, likely percent, unless overdamped, for one number without
+    `modes`, and for as many as there are no modes.
 
     >>> frame = ss.structure(np.eye(2), [[5.0, -2.0], [-2.0, 2.0]], C=ss.modal_damping(0.05, modes=2))
     >>> frame.modes(2).xi.round(12)
     array([0.05, 0.05])
     """
-    ratios = damping_ratio("xi", xi) if np.ndim(xi) == 0 else non_negative("xi", xi)  # those of modes may be above 1
+    ratios = damping_ratio("xi", xi, overdamped=overdamped)
     if modes is None or isinstance(modes, int | np.integer):
         known, count = None, len(ratios) if modes is None and ratios.ndim == 1 else modes
     else:

@@ -5,13 +5,14 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.arrays import Array
-from ...core.errors import non_negative
+from ...core.errors import damping_ratio
+from ...core.exports import Exported
 from ..model.model import Model
 from ..model.rayleigh import Rayleigh
 from ..solvers.low_rank import LowRank
@@ -21,12 +22,14 @@ COUPLED = 1e-10  # off the diagonal of the modal damping matrix, relative to its
 
 
 @dataclass(frozen=True)
-class Participation:
+class Participation(Exported):
     """Of modes in a motion of the base: factors Gamma (m,), effective modal masses Gamma^2 (m,), their limit `total`.
 
     factors: phi^T M iota of mass-normalised shapes, in the unit of sqrt(mass). total: iota^T M iota, what all effective
     masses sum up to, but for mass at degrees of freedom that are fixed. Chopra, Dynamics of Structures, (13.2.3).
     """
+
+    axes: ClassVar = dict.fromkeys(("factors", "effective_mass", "share"), ("mode",))
 
     factors: Array
     total: float
@@ -150,19 +153,19 @@ class ModalBasis:
             raise ValueError(f"expected from 1 to {len(self)} modes, got {n!r}; compute more with Structure.modes")
         return replace(self, omega=self.omega[:n], free_shapes=self.free_shapes[:, :n], damping=self.damping[:n, :n])
 
-    def damped(self, xi: ArrayLike) -> Self:
+    def damped(self, xi: ArrayLike, *, overdamped: bool = False) -> Self:
         """The same modes with these damping ratios in place of the structure's damping: one for all, or (m,).
 
         Their structure is damped likewise, by `modal_damping`, so that modes which are not among these are undamped.
-        Raises ValueError for negative ratios and other shapes.
+        Raises ValueError for negative ratios, for those above 1, likely percent, unless overdamped, and other shapes.
         """
-        ratios = non_negative("xi", xi)
+        ratios = damping_ratio("xi", xi, overdamped=overdamped)
         if ratios.shape not in ((), (len(self),)):
             raise ValueError(f"expected xi as one number or {len(self)}, one for each mode, got shape {ratios.shape}")
         xi = np.broadcast_to(ratios, (len(self),))
         C = damping_of_modes(self.structure, self.omega, self.free_shapes, xi) if ratios.any() else None
         damping = np.diag(np.broadcast_to(2.0 * ratios * self.omega, self.omega.shape))
-        return replace(self, structure=replace(self.structure, C=C), damping=damping)
+        return replace(self, structure=replace(self.structure, C=C, full_damping=None), damping=damping)
 
     def damping_matrix(self) -> Array:
         """C (N, N) = M phi (phi^T C phi) phi^T M, for `substep.structure`: only these modes are damped.

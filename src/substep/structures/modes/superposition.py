@@ -67,7 +67,7 @@ def superpose(
     if others:
         known = ("dofs", "stride", "static_correction", "account", "start")
         raise unknown_in_march("an argument of march for modes", next(iter(others)), known, scheme)
-    state = None if start is None else State.given(start)
+    state = None if start is None else State.given(start, numbers_only(scheme, "march once for each"))
     if state is not None and state.history and not state.of:
         raise ValueError(
             "expected start of modes without a history, since a scheme carries modal coordinates, got one; leave it "
