@@ -178,7 +178,7 @@ def test_a_structure_under_a_code() -> None:
             r"expected S_a > 0 at the periods 0.2, 0.5, 1, 2, 5, 10 s, got \[0.85, .*; give six",
         ),
         ("nbcc", {"F": 0.0}, "expected F > 0 at the periods"),
-        ("nbcc", {"unit": "kg"}, "expected unit as one of m/s.2, g"),
+        ("nbcc", {"unit": "kg"}, "expected unit as one of m/s.2, cm"),
         ("asce7", {"T_L": 0.5}, "expected T_L >= T_S = S_D1/S_DS = 0.6 s, got 0.5 s"),
     ],
 )
