@@ -83,6 +83,8 @@ def test_dampings_of_many_structures_and_scales_of_linear_ones() -> None:
     found = ss.sweep(linear, "bathe", **call, C=[None, 0.5 * np.eye(3)], scale=SCALES)
     assert found.u.dims == ("structure", "damping", "case", "scale", "dof")
     assert np.allclose(found.u.sel(scale=2.0), 4.0 * found.u.sel(scale=0.5), rtol=1e-12, atol=0)
+    larger = ss.sweep(linear, "bathe", **call, scale=[0.5, 1e4])  # a record that is scaled is in m/s^2, however large
+    assert np.allclose(larger.u.sel(scale=1e4), 2e4 * larger.u.sel(scale=0.5), rtol=1e-12, atol=0)
     undamped = ss.structure(np.diag(M), B.T @ np.diag(K) @ B).ground_motion(RECORD, 1.0)
     r = ss.march(undamped, "bathe", DT, T_END, account=False)
     assert np.allclose(found.u[0, 0, 0, 0], 0.5 * r.u[-1], rtol=0, atol=1e-13)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Protocol
 
 import numpy as np
@@ -14,7 +14,7 @@ from .arrays import Array, read_only
 from .errors import float_array, made_as, real_array, real_number
 from .exports import Exported
 from .kernel_modules import loaded
-from .units import TURN, require_angle, unit_of
+from .units import TURN, require_angle, require_ground_motion, unit_of
 
 
 class Load(Protocol):
@@ -158,6 +158,13 @@ class Record(Exported):
     def samples(self) -> Array:
         """The values (n,), with a unit in m/s^2, read only."""
         return self._values
+
+    def of_ground(self) -> Record:
+        """The same in m/s^2. Raises ValueError for one without a unit that is likely in another."""
+        if self.unit != "":
+            return self
+        require_ground_motion(self.dt, self._values)
+        return replace(self, unit="m/s^2")
 
     def __call__(self, t: Array) -> Array:
         """Load at the times t; an instant that differs from a sample's only by rounding counts as the sample's."""

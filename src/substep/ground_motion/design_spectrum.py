@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..core.arrays import Array, named
 from ..core.errors import called_as, damping_ratio, real_array, real_number, unknown_name
-from ..core.units import LARGEST, STANDARD_GRAVITY, UNITS, readings, unit_of
+from ..core.units import LARGEST, UNITS, readings, unit_of
 from .spectrum import natural_periods, of_oscillators
 
 if TYPE_CHECKING:
@@ -142,7 +142,7 @@ def _unit(name: str, value: float, unit: str | float | None, usual: str) -> tupl
     if unit is None and value * UNITS[usual] > LARGEST:
         raise ValueError(
             f"expected {name} in {usual}, got {value:g}, which is {readings(value)}, {value / 100.0:.3g} g in % of g; "
-            f'give unit="m/s^2", "g", "cm/s^2" or, for % of g, {STANDARD_GRAVITY / 100.0:g}'
+            'give unit="m/s^2", "g", "cm/s^2" or "%g"'
         )
     return unit_of(usual if unit is None else unit)
 

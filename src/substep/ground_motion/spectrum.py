@@ -18,7 +18,7 @@ from ..core.device import Device, on
 from ..core.errors import called_as, damping_ratio, real_array, real_number
 from ..core.loads import Record
 from ..core.schemes import Scheme
-from ..core.units import require_ground_motion, require_step, unit_of
+from ..core.units import require_step, unit_of
 from ..run.schemes import numbers_only
 from .peaks import GOOD, Peaks, peaks_at_samples, peaks_refined, relative
 from .records import read_record
@@ -188,9 +188,7 @@ def record_of(
 
 def _with_unit(record: Record, unit: str | float | None) -> Record:
     """A record of plain numbers in the unit that is given, without one in m/s^2, or a ValueError if it cannot be."""
-    if unit is None:
-        require_ground_motion(record.dt, record.samples)
-    return replace(record, unit="m/s^2" if unit is None else unit)
+    return record.of_ground() if unit is None else replace(record, unit=unit)
 
 
 def of_oscillators(T: Array, damping: Array) -> dict[str, Variable]:

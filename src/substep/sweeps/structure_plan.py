@@ -212,7 +212,8 @@ def planned_structure(
         raise ValueError("expected one dt where histories are kept, got several; keep 'final' or 'peak', or sweep each")
     damped = models if dampings is None else [damped_by(s, c) for s in models for c in dampings]
     if records is not None and factors is not None:
-        records = [Record(r.dt, float(x) * r.samples, source=r.source) for r in records for x in factors]
+        pairs = ((r.of_ground(), x) for r in records for x in factors)
+        records = [Record(r.dt, float(x) * r.samples, unit="m/s^2", source=r.source) for r, x in pairs]
     cases = tuple(_cases(s, loads, records, direction) for s in damped)
     several = (
         None if isinstance(structure, Structure) else models,

@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...core.arrays import Array
 from ...core.loads import Load, Record, values_at
-from ...core.units import require_ground_motion
 from ..solvers.complementarity import complementary
 from ..solvers.factorization import SingularMatrix, Solver, factorize
 from ..solvers.matrices import (
@@ -348,8 +347,7 @@ class Model:
         """
         if not isinstance(record, Record):
             raise ValueError(f"expected the ground acceleration as ss.Record(dt, values), got {type(record).__name__}")
-        if record.unit == "":
-            require_ground_motion(record.dt, record.samples)
+        record = record.of_ground()
         iota = self.influence_of(direction)
         shape = -self.inertia_of(iota)
         return replace(self, loads=(*self.loads, (shape, record)), motions=(*self.motions, (iota, record)))
