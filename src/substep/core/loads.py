@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Protocol
 
@@ -302,6 +302,14 @@ def behind_jump(load: Load | None, t: float) -> float | None:
     if load is None or not (np.abs(jumps(load) - t) <= ROUNDING * abs(t)).any():
         return None
     return float(values_at(load, np.array([t + 1.0 + abs(t)]))[0])  # what jumps stays as it is from there on
+
+
+def one_sided(load: Load) -> Callable[[float, float], float]:
+    """The load at a time, on the side of another time that lies between the same two of its break points."""
+    if not is_known(load):
+        return lambda t, middle: float(values_at(load, np.array([t]))[0])
+    ((numbers,), samples), value = as_numbers(load), loaded("shared.step_control")._load
+    return lambda t, middle: float(value(numbers, samples, middle, t))
 
 
 def as_numbers(load: Load | None) -> tuple[Array, Array]:

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.arrays import Array
-from ..core.kernel_modules import loaded
-from ..core.loads import as_numbers, is_known
+from ..core.loads import is_known, one_sided
 from ..core.response import Happening
 from ..core.scenes import Scene
 from ..core.schemes import Scheme
@@ -196,6 +195,5 @@ class Sided:
 
     def __call__(self, t: Any) -> Array:
         """The load at times t."""
-        load, ((numbers,), samples) = loaded("shared.step_control")._load, as_numbers(self.load)
-        times = np.asarray(t, dtype=float)
-        return np.array([load(numbers, samples, self.middle, x) for x in times.ravel()]).reshape(times.shape)
+        load, times = one_sided(self.load), np.asarray(t, dtype=float)
+        return np.array([load(x, self.middle) for x in times.ravel()]).reshape(times.shape)

@@ -3,12 +3,11 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from ...core.arrays import Array
-from ...core.loads import as_numbers, break_points, is_known, values_at
+from ...core.loads import break_points, one_sided
 from ..model.memory import Memory
 from ..model.model import Model
 from .steps import StructureSteps
@@ -32,15 +31,7 @@ class Forces:
     @cached_property
     def functions(self) -> list[Callable[[float, float], float]]:
         """Of each load, its value at a time, seen from a time between the same two break points."""
-        load = step_control()._load
-
-        def made(g: Any) -> Callable[[float, float], float]:
-            if not is_known(g):
-                return lambda t, middle: float(values_at(g, np.array([t]))[0])
-            numbers, samples = as_numbers(g)
-            return lambda t, middle: float(load(numbers[0], samples, middle, t))
-
-        return [made(g) for _, g in self.structure.loads]
+        return [one_sided(g) for _, g in self.structure.loads]
 
     def factors(self, t: float, middle: float) -> Array:
         """g (J,)."""
@@ -56,10 +47,3 @@ class Forces:
         none = np.zeros(len(self.structure.loads))
         loads = [sum([w * self.factors(t + tau * h, middle) for w, tau in x.loads], none) for x in systems]
         return loads, [t + x.instant * h for x in systems]
-
-
-def step_control() -> Any:
-    """The scenes' controller."""
-    from substep_kernels.shared import step_control as found  # noqa: PLC0415 (on first use)
-
-    return found

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...core.arrays import Array
+from ...core.kernel_modules import loaded
 from ...core.response import Status
 from ...core.state import State
 from ...run.clock import Control
@@ -15,7 +16,7 @@ from ..solvers.combine import combined
 from .fork import gone_on_from
 from .local_error import Estimate, Source
 from .scheme_plan import step_of
-from .sided_loads import Forces, step_control
+from .sided_loads import Forces
 from .step_lengths import Lengths, Scales, reach, rms
 from .steps import Run
 from .time_loop import Trial
@@ -60,7 +61,8 @@ class ChosenSteps:
             if x.implicit or (s.C is not None and x.damping[x.unknowns].any())
         ]  # fmt: skip
         self.rung = asked.rung if asked.rung is not None else math.sqrt(2.0) if changing else 0.0
-        self.low: float = step_control()._kept_from(self.rung, self.power)  # size from which on a step keeps its length
+        control = loaded("shared.step_control")
+        self.low: float = control._kept_from(self.rung, self.power)  # size from which on a step keeps its length
         self.change = CHANGE / max(len(changing), 1)  # in steps
         self.length = reach(s, t_end, *self.here[:2])
         self.scales = Scales(asked.rtol, (asked.atol_u, asked.atol_v), shares, [self.length, rms(self.here[1])])
@@ -97,7 +99,7 @@ class ChosenSteps:
 
     def trials(self) -> Iterator[Trial]:
         """The steps to compute. Raises ValueError for a singular effective matrix."""
-        asked, control = self.asked, step_control()
+        asked, control = self.asked, loaded("shared.step_control")
         if math.isnan(self.base):
             if self.carries:
                 self.known["start", "a"] = self.forces.acceleration(self.t, self.middle, *self.here[:2], self.memory)
@@ -127,7 +129,7 @@ class ChosenSteps:
 
     def accepted(self, step: Trial) -> bool:
         """Whether the error is small enough; the length of the next step follows from it."""
-        control, h, by_before = step_control(), step.h, self.estimate.by_before
+        control, h, by_before = loaded("shared.step_control"), step.h, self.estimate.by_before
         self.shortened += step.march.shortened
         rows, size = self._measured(step)
         if not size <= 1.0:
@@ -158,7 +160,7 @@ class ChosenSteps:
 
     def first(self) -> float:
         """Length of a step of which nothing is known before it, from the motion's first derivatives."""
-        control, scales, (u, v, own) = step_control(), self.scales, self.here
+        control, scales, (u, v, own) = loaded("shared.step_control"), self.scales, self.here
         a = self.forces.acceleration(self.t, self.middle, u, v, self.memory)
         fastest = max(rms(v), math.sqrt(self.length * max(rms(own), rms(a))))
         scales.largest[1] = max(scales.largest[1], fastest)
