@@ -19,6 +19,7 @@ from sympy import (
     Float,
     Integer,
     Matrix,
+    Max,
     Poly,
     Rational,
     Symbol,
@@ -29,6 +30,7 @@ from sympy import (
     im,
     lambdify,
     re,
+    sqrt,
     zeros,
 )
 
@@ -124,6 +126,24 @@ class Energy:
     def undamped(self) -> tuple[Matrix, Expr]:
         """P and ratio at xi = 0."""
         return self.P.subs(xi, 0), factor(self.ratio.subs(xi, 0))
+
+    @cached_property
+    def gained(self) -> Expr:
+        """The mechanical energy after any number of free steps without damping over that at the start, at most.
+
+        With E between least and most times Omega^2 u^2 + (h v)^2 it is most/least, since E does not grow where the step
+        is stable: 1 where E is the mechanical energy. Where ratio = 1 it is reached in the limit of many steps. On a
+        structure without damping it is the largest of its modes. Raises NoEnergy for a state that is not u and v.
+        """
+        if self.third != 0 or self.state != ("u", "h*v"):
+            raise NoEnergy(f"{self.scheme.name}: expected a state of u and v, got {', '.join(self.state)}")
+        form = self.form.subs(xi, 0)
+        uu, uv, vv = (cancel(e) for e in (form[0, 0] / Omega**2, form[0, 1] / Omega, form[1, 1]))
+        if uv == 0:  # one of both is the largest
+            return Max(factor(cancel(uu / vv)), factor(cancel(vv / uu)))
+        half, apart = (uu + vv) / 2, cancel((((uu - vv) / 2) ** 2 + uv**2) / Omega**2)
+        root = Omega * sqrt(factor(apart))
+        return (half + root) / (half - root)
 
     @cached_property
     def damping(self) -> Matrix:

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 
 from sympy import Add, CRootOf, Expr, Integer, Mul, Symbol, cancel, factor, fraction, latex, together
@@ -141,6 +142,8 @@ def _energy(d: Derivation) -> Iterator[ClosedForm]:
     yield ClosedForm(section, name, as_in_paper(found.ratio, d.scheme))
     if found.ratio.has(xi):
         yield ClosedForm(section, f"{name} at xi = 0", as_in_paper(found.undamped[1], d.scheme))
+    with suppress(NoEnergy):
+        yield ClosedForm(section, "(Omega^2 u^2 + (h v)^2)/that at the start, at most, xi = 0", found.gained)
     yield ClosedForm(section, "with a load", "E_1 = (E_1/E_0) E_0 + (x_1 + A x_0)^T P B h^2 f")
 
 
