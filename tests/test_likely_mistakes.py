@@ -110,10 +110,12 @@ def test_a_step_of_a_ground_motion_in_milliseconds_is_asked_about(dt: float, tmp
         lambda: ss.read_record(alone, dt=dt),
         lambda: ss.read_record(columns),
         lambda: ss.response_spectrum(columns),
+        lambda: ss.response_spectrum(ss.Record(dt, SHAKEN)),
     ):
         with pytest.raises(ValueError, match=answer):
             call()
-    assert ss.response_spectrum(ss.Record(dt, SHAKEN), periods=[200.0]).dt == dt  # as the message says
+    meant = ss.Record(dt, SHAKEN, unit="m/s^2")  # as the message says
+    assert ss.response_spectrum(meant, periods=[200.0]).dt == dt
 
 
 @pytest.mark.parametrize(("scale", "reading"), [(981.0, "1 g in cm/s\\^2"), (1e-5, "1e-05 g in g")])

@@ -163,6 +163,7 @@ def test_the_filter_finds_the_same_peaks(name: str, monkeypatch: pytest.MonkeyPa
     assert np.array_equal(found[0], found[1][:1])
 
 
+@pytest.mark.filterwarnings("ignore:hht_alpha is not A-stable")
 @pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("alpha", [0.3, np.where(np.arange(P) == 3, 0.3, -0.2)], ids=["all lanes", "one lane"])
 def test_a_load_that_a_parameter_takes_outside_the_step_is_not_left_to_the_filter(alpha: float | Array) -> None:
