@@ -164,7 +164,7 @@ def test_a_killed_sweep_is_resumed_and_another_refused(tmp_path: Path, monkeypat
         ({"t_end": 2.0}, "whose t_end is 1.0, got 2.0; give save another path"),
         ({"omega": np.append(call["omega"][:-1], 99.0)}, r"expected omega\[21\] = 22.0 as in .*, got 99.0"),
         ({"omega": np.arange(1.0, 24.0)}, "expected 22 values of omega .* got 23"),
-        ({"omega": 1.0, "xi": call["omega"]}, "whose scene_omega is not given, got 1.0"),
+        ({"omega": 1.0, "xi": 0.01 * call["omega"]}, "whose scene_omega is not given, got 1.0"),
         ({"beta": 0.3}, "whose scheme_beta is 0.25, got 0.3"),
         ({"load": LOAD, "scene_omega": call["omega"], "omega": None}, "whose load is not given, got Harmonic"),
         ({"xi": [0.1, 0.2]}, "whose scene_xi is 0.0, got not given"),
