@@ -277,6 +277,20 @@ def test_what_cannot_hold_a_constraint_is_refused_by_name(name: str, reason: str
     assert name in str(found.value)
 
 
+def test_a_mass_that_constraints_alone_give_is_taken_where_no_acceleration_is_mixed() -> None:
+    """A point without mass on a rigid link: u'' = -3 u of both."""
+    x, y = Symbol("x"), Symbol("y")
+    link = Scene(
+        "massless_link", coordinates={x: "m", y: "m"}, kinetic=rate(x) ** 2 / 2, potential=x**2 / 2 + y**2,
+        constraints={"link": y - x}, parameters=(), start={x: 1, y: 1, rate(x): 0, rate(y): 0}, length=1,
+    )  # fmt: skip
+    for name in ("average_acceleration", "bathe", "bdf2"):
+        r = ss.march(ss.scene(link), name, dt=0.01, t_end=1.0)
+        assert np.allclose(r.u[-1], np.cos(np.sqrt(3.0)), rtol=0.0, atol=2e-4)
+    with pytest.raises(ValueError, match=r"^generalized_alpha: expected a mass for each coordinate .*, got none for y"):
+        ss.march(ss.scene(link), "generalized_alpha", dt=0.01, t_end=1.0)
+
+
 @pytest.mark.parametrize("name", GROWING)
 def test_a_sweep_refuses_them_before_any_run(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also where only some values of a parameter multiply errors."""

@@ -1,5 +1,6 @@
 """Impacts that act in their own step alone, restitution and friction: against steps by hand and exact motions."""
 
+import warnings
 from typing import Any
 
 import numpy as np
@@ -106,6 +107,24 @@ def test_an_oscillator_with_friction_comes_to_rest_where_it_should(name: str) ->
         assert r.memory["pad"][-1] == pytest.approx(-r.u[-1, 0], abs=2e-3)  # what holds it against the spring
         found.append(abs(r.u[-1, 0] - at_rest_after(1.05, 0.1)))
     assert found[1] < 0.2 * 0.025  # of first order
+
+
+@pytest.mark.usefixtures("uncompiled")
+def test_what_rests_sinks_in_explicit_schemes_which_is_warned_of() -> None:
+    """By h/2 g in a second: the velocity is held at the end of a step, and half a step later gravity has moved it."""
+    ball = Scene(
+        "resting_ball", coordinates={u: "m"}, kinetic=v**2 / 2, potential=10 * u, contacts={"floor": Contact(u, 0)},
+        parameters=(), start={u: 0, v: 0}, length=1,
+    )  # fmt: skip
+    with pytest.warns(
+        UserWarning, match="central_difference holds velocities .* what rests on a stop sinks, .* by dt/2"
+    ):
+        r = ss.march(ss.scene(ball), "central_difference", dt=0.01, t_end=1.0)
+    assert r.u[-1, 0] == pytest.approx(-0.05, rel=0.1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        r = ss.march(ss.scene(ball), "average_acceleration", dt=0.01, t_end=1.0)
+    assert abs(r.u[-1, 0]) < 1e-12
 
 
 @pytest.mark.usefixtures("uncompiled")

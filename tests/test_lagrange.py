@@ -34,7 +34,7 @@ from substep_derive.declare.catalogue import find_law, find_scene
 from substep_derive.declare.scenes import lagrange
 from substep_derive.motion.equations import EquationsOfMotion
 from substep_kernels.facts import CATALOGUE
-from sympy import Abs, Rational, Symbol, cos, exp, sin, sqrt, symbols
+from sympy import Abs, Function, I, Rational, Symbol, besselj, cos, erf, exp, sin, sqrt, symbols
 
 import substep as ss
 from substep.derived.modules import adaptive_pair, uncommitted_pair
@@ -222,6 +222,10 @@ def declared(**changes: Any) -> Scene:
         ({"load": {k: t}}, "load are given on 'k'"),
         ({"dissipation": -m * rate(u) ** 2}, "expected a dissipation that is convex"),
         ({"dissipation": m * rate(u) ** 2 * t}, "dissipation holds 't'"),
+        ({"potential": besselj(0, u)}, r"in the potential real functions that .*, got besselj\(0, u\); write it by"),
+        ({"potential": Function("F")(w)}, r"got F\(w\)"),
+        ({"forces": {u: I * u}}, "in the force on u real functions .*, got I;"),
+        ({"kinetic": m * (rate(u) ** 2 + erf(u) ** 2 * rate(w) ** 2)}, r"in the kinetic energy .*, got erf\(u\)"),
     ],
 )
 def test_a_declaration_that_defines_no_motion_is_refused(changes: Any, message: str) -> None:

@@ -6,7 +6,8 @@ Every check raises `DeclarationError`, which names the scene, the expression at 
 from collections.abc import Iterable, Mapping
 from typing import Any, Protocol
 
-from sympy import Expr, Matrix, Max, Min, Piecewise, Rational, Symbol, eye, sympify
+import sympy
+from sympy import Expr, Matrix, Max, Min, Piecewise, Rational, Symbol, eye, preorder_traversal, sympify
 
 from .errors import DeclarationError
 from .law import Element, larger, slope, smaller, where_at_least
@@ -17,6 +18,13 @@ from .symbols import sampled, t
 
 TINY = Rational(1, 10**20)
 MOST = 4  # coordinates of a mass matrix that is not constant, whose inverse is written out in symbols
+FUNCTIONS = ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "asin", "acos", "atan")
+SYMPY: Any = sympy
+IN_KERNELS: tuple[Any, ...] = (
+    SYMPY.Add, SYMPY.Mul, SYMPY.Pow, Symbol, SYMPY.Number, SYMPY.NumberSymbol, SYMPY.Abs, SYMPY.sign, Max, Min,
+    Piecewise, SYMPY.functions.elementary.piecewise.ExprCondPair, SYMPY.logic.boolalg.Boolean,
+    *(getattr(SYMPY, name) for name in FUNCTIONS),
+)  # fmt: skip
 TRIED = (Rational(2, 3), Rational(-5, 7), Rational(9, 4))  # values of rates at which a dissipation is looked at
 
 
@@ -163,6 +171,12 @@ def _known(scene: _Declared, what: str, expression: Expr, allowed: set[Symbol]) 
         raise DeclarationError(
             f"{scene.name}: the {what} holds '{unknown[0]}', expected only "
             f"{', '.join(sorted(map(str, allowed)))}; declare it or correct the name"
+        )
+    parts = (e for e in preorder_traversal(expression) if "substep_derive" not in str(type(e).__module__))
+    if (odd := next((e for e in parts if not isinstance(e, IN_KERNELS)), None)) is not None:
+        raise DeclarationError(
+            f"{scene.name}: expected in the {what} real functions that compiled kernels have, {', '.join(FUNCTIONS)}, "
+            f"abs, sign, Max, Min and Piecewise, got {odd}; write it by these, as by an expansion"
         )
 
 

@@ -227,6 +227,14 @@ class _At:
     def acceleration(self, place: Place, u: Matrix, v: Matrix, load: Matrix) -> Matrix:
         """Minus the acceleration there under the load, times the weight."""
         mass, force = self.equation(place, u, v)
+        scene = self.w.motion.scene
+        for q, row in zip(scene.coordinates, mass.tolist(), strict=True):
+            if not any(row):
+                raise DeclarationError(
+                    f"{self.w.scheme.name}: expected a mass for each coordinate of {scene.name}, since a balance takes "
+                    f"accelerations at several instants, got none for {q}; take a scheme that takes them at one, such "
+                    "as bathe"
+                )
         return place.weight * solved(mass, force - load)
 
     def in_z(self, e: Expr) -> Matrix:

@@ -8,6 +8,7 @@ import numpy as np
 from ...core.scheme_names import unknown_argument
 from ...core.schemes import Scheme
 from ...marching.run import require_decay as require_error_decay
+from ...run.schemes import warn_of_sinking
 from ..model.consistency import require_finite_start, require_own_potential, require_own_tangent
 from ..model.contacts import Contacts
 from ..model.held import Held
@@ -109,6 +110,7 @@ def require_contacts(structure: Model, scheme: Scheme, who: str, systems: Sequen
                 f"{who} does not move the {what} at which it takes the force: expected one that it moves, so that a "
                 "reaction acts there; take another scheme, or give contacts restitution= where the scheme is explicit"
             )
+    warn_of_sinking(scheme, reactions=isinstance(structure.contacts, Contacts))
     if kinds != ["friction"]:
         require_error_decay(f"a structure with {structure.contacts.kind}", scheme)
 
