@@ -151,6 +151,7 @@ def ends_with_a_status(scene: ss.Scene, scheme: ss.Scheme, dt: float) -> None:
     assert found.iterations.max() <= 50
 
 
+@pytest.mark.filterwarnings("ignore:.* is not A-stable at")
 @pytest.mark.thorough
 @settings(max_examples=3000 if os.environ.get("SUBSTEP_VERIFY") else 250)
 @given(runs())
@@ -164,6 +165,7 @@ VERIFY = bool(os.environ.get("SUBSTEP_VERIFY"))
 ON_THE_BAR = [pair for pair in SOME if pair[1].startswith("elastic_pendulum")] if VERIFY else COMMITTED
 
 
+@pytest.mark.filterwarnings("ignore:.* is not A-stable at")
 @settings(max_examples=1000 if VERIFY else 100)
 @given(runs(ON_THE_BAR))
 def test_so_does_any_compiled_run(run: tuple[ss.Scene, ss.Scheme, float]) -> None:
