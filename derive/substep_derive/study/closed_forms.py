@@ -143,7 +143,9 @@ def _energy(d: Derivation) -> Iterator[ClosedForm]:
     if found.ratio.has(xi):
         yield ClosedForm(section, f"{name} at xi = 0", as_in_paper(found.undamped[1], d.scheme))
     with suppress(NoEnergy):
-        yield ClosedForm(section, "(Omega^2 u^2 + (h v)^2)/that at the start, at most, xi = 0", found.gained)
+        roots = "largest over least root x of x^2 - (P_11/Omega^2 + P_22) x + (P_11 P_22 - P_12^2)/Omega^2"
+        most = roots if found.gained != 1 and found.form.subs(xi, 0)[0, 1] != 0 else found.gained
+        yield ClosedForm(section, "(Omega^2 u^2 + (h v)^2)/that at the start, at most, xi = 0", most)
     yield ClosedForm(section, "with a load", "E_1 = (E_1/E_0) E_0 + (x_1 + A x_0)^T P B h^2 f")
 
 
