@@ -1,6 +1,8 @@
 """A scheme's own energy: that it falls by one factor, what it is for known schemes, and the identities in print."""
 
+from contextlib import suppress
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import mpmath
@@ -171,3 +173,13 @@ def test_the_mechanical_energy_is_never_larger_than_derived(scheme: Any) -> None
             largest = max(largest, float(np.linalg.norm(power, 2)) ** 2)
         assert largest <= most * (1.0 + 1e-9)
         assert abs(ratio - 1.0) > 1e-12 or largest > 1.0 + 0.99 * (most - 1.0) - 1e-9
+
+
+@pytest.mark.thorough
+def test_so_many_schemes_never_overshoot_as_the_findings_say() -> None:
+    one = 0
+    for scheme in ALL:
+        with suppress(NoEnergy):
+            one += Energy.of(scheme).gained == 1
+    findings = (Path(__file__).parents[1] / "docs" / "findings.md").read_text(encoding="utf-8")
+    assert f"It is 1 at every Ω and all parameters for {one} schemes of u and v" in findings

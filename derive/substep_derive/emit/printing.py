@@ -10,6 +10,7 @@ from sympy import Expr, Float, Rational, Symbol, count_ops
 from sympy.printing.pycode import PythonCodePrinter
 
 from ..algebra import rational
+from ..declare.scene_checks import FUNCTIONS
 from .templates.scheme import BANNER
 
 WHOLE = 2**53  # whole numbers up to this one are doubles
@@ -36,7 +37,7 @@ class Code(str):
 
 PRINTER = FractionPrinter({"fully_qualified_modules": False})
 
-_NUMPY = ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "sqrt", "asin", "acos", "atan")
+_NUMPY = (*FUNCTIONS, "sqrt")
 
 
 class KernelPrinter(FractionPrinter):

@@ -227,14 +227,12 @@ class _At:
     def acceleration(self, place: Place, u: Matrix, v: Matrix, load: Matrix) -> Matrix:
         """Minus the acceleration there under the load, times the weight."""
         mass, force = self.equation(place, u, v)
-        scene = self.w.motion.scene
-        for q, row in zip(scene.coordinates, mass.tolist(), strict=True):
-            if not any(row):
-                raise DeclarationError(
-                    f"{self.w.scheme.name}: expected a mass for each coordinate of {scene.name}, since a balance takes "
-                    f"accelerations at several instants, got none for {q}; take a scheme that takes them at one, such "
-                    "as bathe"
-                )
+        if mass.det() == 0:
+            raise DeclarationError(
+                f"{self.w.scheme.name}: expected a mass matrix of {self.w.motion.scene.name} that is regular, since a "
+                f"balance takes accelerations at several instants, got {mass.tolist()}; take a scheme that takes them "
+                "at one, such as bathe, or give each coordinate a mass"
+            )
         return place.weight * solved(mass, force - load)
 
     def in_z(self, e: Expr) -> Matrix:
