@@ -122,6 +122,24 @@ def test_what_is_saved_comes_back(name: str, tmp_path: Path) -> None:
     assert ss.load(tmp_path / "again.nc").state.to_xarray().identical(r.state.to_xarray())
 
 
+def test_what_a_choice_has_tried_is_saved(tmp_path: Path) -> None:
+    """Of a scene and of a structure: each candidate's numbers, and the text."""
+    choices = {
+        "work": ss.choose(FRAME, 1e-2, t_end=1.0, quantity="roof", among=["bathe", "central_difference"]),
+        "operations": ss.choose("duffing", 1e-2, t_end=1.0, among=["bathe", "newmark"]),
+    }
+    for name, choice in choices.items():
+        choice.save(tmp_path / "choice.nc")
+        found = ss.load(tmp_path / "choice.nc")
+        assert found.identical(choice.to_xarray()) and found.attrs["text"] == choice.text
+        assert found.error.values.tolist() == [c.error for c in choice.candidates]
+        good = found.where(found.error <= choice.accuracy, drop=True)
+        assert choice.best is not None
+        assert float(good[name].min()) == float(good[name][int(np.argmin(abs(good.error.values - choice.best.error)))])
+    none = ss.choose("duffing", 1e-9, t_end=0.3, among=["bathe"], chosen=[])
+    assert none.to_xarray().attrs["text"] == none.text
+
+
 def test_what_is_saved_without_a_state_is_not_gone_on_from(tmp_path: Path) -> None:
     """A march to an event of which not all degrees of freedom were kept, and Datasets that know nothing of a run."""
     ss.march(FRAME, "bathe", 0.1, 1.0, dofs=["roof"], until=lambda t, u, v: u[0]).save(tmp_path / "ended.nc")

@@ -37,7 +37,8 @@ class Histories(NamedTuple):
 class Exported:
     """A result that can be kept in a file, as a Dataset of its numbers, its arrays, and rows by a mapping's keys.
 
-    axes: of arrays and of mappings the names of their axes; also of properties that belong to it.
+    axes: of arrays and of mappings the names of their axes; also of properties that belong to it. A tuple of records,
+    each with a mapping `columns`, becomes one array along its axis for each of these.
     """
 
     axes: ClassVar[Mapping[str, tuple[str, ...]]] = {}
@@ -55,9 +56,12 @@ class Exported:
                 rows = cast("Mapping[Any, Any]", x)
                 variables[axes[0]] = named(axes[0], np.array(list(rows)), {})
                 x = list(rows.values())
-            if isinstance(x, str):
+            records = cast("tuple[Any, ...]", x) if isinstance(x, tuple) else ()
+            if rows := [r.columns for r in records if hasattr(r, "columns")]:
+                variables |= {key: named(axes, np.array([row[key] for row in rows]), {}) for key in rows[0]}
+            elif isinstance(x, str):
                 attrs[name] = x
-            elif (values := np.array(x)).dtype.kind in "iufU":
+            elif (values := np.array(x)).dtype.kind in "iufU" and values.size:
                 variables[name] = named(axes, values, {})
         return ResultDataset(variables, attrs=attrs)
 

@@ -95,8 +95,9 @@ def march(
     t, u (d,) and v (d,), or several; the run ends at the first root of one, found within its step, t_end at the latest,
     and `t_events` of the response says when.
 
-    A structure, or its modes, may stand in place of a scene: `march_structure` and `superpose` of
-    `substep.structures.march` and `substep.structures.modes` say what they take besides, of_structure.
+    A structure, or its modes, may stand in place of a scene. They take besides, of_structure: dofs, account, and of a
+    structure save, progress, newton, line_search, of modes static_correction; see `march_structure` and `superpose` of
+    `substep.structures.march` and `substep.structures.modes`.
 
     tol: the estimated local error of each step relative to the motion; with it alone rtol = tol, atol of u is
     tol * the scene's length and that of v is tol * the largest |v| so far. More about chosen steps: rtol; atol, of u or

@@ -4,13 +4,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from heapq import heappop, heappush
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ...core.errors import called_as, real_number, unknown_name
+from ...core.exports import Exported
 from ...core.scenes import Scene
 from ...core.scenes import scene as make_scene
 from ...core.schemes import Scheme, scheme, schemes
@@ -59,6 +60,15 @@ class Candidate:
         """The step or the tolerance in words."""
         return f"dt = {self.dt:.6g} s" if self.tol is None else f"tol = {self.tol:.3g}"
 
+    @property
+    def columns(self) -> dict[str, str | float]:
+        """Its row in a file; nan for the one of dt (s) and tol that it does not have."""
+        run, missing = self.run, float("nan")
+        return {
+            "scheme": self.method, "model": self.model.name, "dt": self.dt or missing, "tol": self.tol or missing,
+            "steps": run.steps, "operations": run.cost.operations, "seconds": run.seconds, "error": self.error,
+        }  # fmt: skip
+
 
 @dataclass(frozen=True)
 class Unmade:
@@ -74,13 +84,16 @@ class Unmade:
 
 
 @dataclass(frozen=True)
-class Choice:
+class Choice(Exported):
     """best: the candidate of the fewest operations within the accuracy, None if none is; candidates: all tried.
 
     For every scheme and model, all constant steps of the ladder were tried with which a run costs less than the best
     one, but for those `unmade`; so were all tolerances of the schemes that chose their steps. interrupted: Ctrl-C ended
-    the search before that, so that something cheaper may have been left untried.
+    the search before that, so that something cheaper may have been left untried. `save` keeps the candidates, of which
+    the accurate one of the fewest operations is the best, and the text.
     """
+
+    axes: ClassVar = {"candidates": ("candidate",), "text": ()}
 
     quantity: str
     accuracy: float

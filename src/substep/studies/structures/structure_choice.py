@@ -2,12 +2,13 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
 
 from ...core import coefficients
 from ...core.errors import called_as, real_number, unknown_name, warn
+from ...core.exports import Exported
 from ...core.schemes import Scheme, schemes
 from ...core.schemes import scheme as make_scheme
 from ...run.clock import end_asked
@@ -42,16 +43,26 @@ class StructureCandidate:
         """The model in words."""
         return "the whole structure" if self.modes is None else f"{self.modes} modes with static correction"
 
+    @property
+    def columns(self) -> dict[str, str | float]:
+        """Its row in a file; 0 modes stand for the whole structure."""
+        return {
+            "scheme": self.scheme.name, "steps": self.steps, "dt": self.dt, "modes": self.modes or 0,
+            "error": self.error, "work": self.work,
+        }  # fmt: skip
+
 
 @dataclass(frozen=True)
-class StructureChoice:
+class StructureChoice(Exported):
     """best: the candidate of the least work within the accuracy, None if none is; parts: of its error.
 
     modes: those by which errors were predicted. unforeseen: at most about what other modes add to them, see
     `Prediction.unforeseen`. candidates: all tried, of each scheme and step the whole structure, and the fewest modes
     that are accurate, or the most accurate number of them; neither where it would need more work than one that was
-    found before.
+    found before. `save` keeps them, and the text.
     """
+
+    axes: ClassVar = {"candidates": ("candidate",), "text": ()}
 
     quantity: Dof
     accuracy: float
