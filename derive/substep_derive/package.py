@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 
+from .constrained.explicit import explicit
 from .declare import schemes as catalogue
 from .declare.errors import DeclarationError
 from .declare.laws import ALL as LAWS
@@ -31,6 +32,7 @@ from .emit.templates.step_control import STEP_CONTROL, STEP_CONTROL_HEADER
 from .kernels.march_shape import Shape, loads_for, shape_name
 from .kernels.scheme import SchemeKernels
 from .motion.equations import EquationsOfMotion
+from .step.step import Step
 from .study.estimates import estimates
 from .study.facts import facts
 
@@ -63,7 +65,7 @@ def package(schemes: Iterable[Scheme], scenes: Iterable[Scene]) -> dict[str, str
         "facts": facts_module(facts(k.scheme for k in kernels.values())),
         "estimators": estimators_module(estimates(k.scheme for k in kernels.values())),
         **{f"schemes/{k.scheme.name}": _scheme(k) for k in own},
-        **{f"plans/{k.scheme.name}": _plan(k.scheme) for k in own},
+        **{f"plans/{k.scheme.name}": _plan(k.scheme) for k in kept if k in own or explicit(Step.of(k.scheme))},
         "law_index": laws_index(LAWS),
         **{f"laws/{law.name}": law_module(law) for law in LAWS},
         **{

@@ -19,8 +19,8 @@ from ..declare.parameter_set import ParameterSet
 from ..declare.scheme import Scheme
 from ..declare.symbols import kind_of, steps_back, successor
 from ..oscillator.evaluation import Evaluation
-from ..step.times import instants_of
-from .prescribed import StepRows
+from .explicit import explicit, require_forward, require_moving_on, require_next
+from .prescribed import StepRows, prescribed_at
 
 LONGEST, MOST = 60, 64  # steps that are followed, and pieces that the phases may have
 phi = Symbol("phi")
@@ -41,9 +41,9 @@ class Piece:
 class Impact:
     """What a scheme makes of an impact with the velocity 1, without restitution: see `Contact`.
 
-    pieces: of all phases, from 0 to 1, or to the end of a sub-step that is beyond 1, where a step meets the stop that
-    begins more than a step before it. least, most: bounds of the velocities. gains: the share of phases that leave with
-    more than 1, and so with more energy.
+    pieces: of all phases, from 0 to 1, or to the last displacement that a step holds where that is beyond 1, so that a
+    step meets the stop that begins more than a step before it. least, most: bounds of the velocities. gains: the share
+    of phases that leave with more than 1, and so with more energy.
     """
 
     scheme: Scheme
@@ -63,8 +63,8 @@ def impact(scheme: str | Scheme, *, remembered: bool = False, **parameters: Any)
     """A scheme of the catalogue by name, or a declaration, at an impact.
 
     remembered: as of `Contact`. Parameters are exact, and those that are left out have their defaults, as for
-    `certify`. Raises DeclarationError for a scheme whose balances do not move the displacement that they take the force
-    at, and as `prescribed`; ValueError as `certify` for parameters.
+    `certify`. Raises DeclarationError for an explicit scheme that does not move on with what an impact leaves, and as
+    `prescribed`; ValueError as `certify` for parameters.
 
     >>> found = impact("average_acceleration")
     >>> [(piece.low, piece.high, piece.velocity) for piece in found.pieces]
@@ -77,16 +77,22 @@ class _Impact:
     """Follows all phases at once; numbers are of the field of the scheme's parameters."""
 
     def __init__(self, at: Evaluation, remembered: bool) -> None:
-        self.rows, self.field, self.remembered = StepRows(at), at.field, remembered
+        self.rows, self.field = StepRows(at), at.field
+        self.remembered = remembered or explicit(self.rows.step)  # as reactions of explicit balances are
         self.one, self.m = self.rows.one, len(self.rows.z)
         self.zero = self.one - self.one
         self.reactions = list(self.rows.reactions.values())[len(self.rows.carried) :]
         self.held = [row for *_, row in self.rows.held]
-        if not all(stage.alone and stage.moved for stage in self.rows.step.stages):
+        if not all(stage.alone for stage in self.rows.step.stages):
             raise DeclarationError(
-                f"{at.scheme.name}: expected each balance to move the displacement that it takes the force at, so that "
-                "a pressure can keep a gap from closing there; take an implicit scheme"
+                f"{at.scheme.name} solves balances together: expected balances that are solved one after the other; "
+                "take another scheme"
             )
+        if explicit(self.rows.step):
+            found = prescribed_at(at)
+            require_next(self.rows.step, found)
+            require_forward(self.rows.step, found)
+            require_moving_on(self.rows.step, found)
         if not any(u in self.rows.step.reported for u, *_ in self.rows.held):
             raise DeclarationError(
                 f"{at.scheme.name} takes no force at the end of its steps: expected one that holds the displacement "
@@ -116,10 +122,8 @@ class _Impact:
 
     @cached_property
     def last(self) -> Any:
-        """The last time at which a step takes the force, in steps: 1, unless a sub-step goes beyond."""
-        instants = instants_of(self.rows.step)
-        found = self._least([-self.rows.number(instants[u]) for u, *_ in self.rows.held])
-        return -self._least([found, -self.one])
+        """The last time at which a step holds a displacement, in steps: 1, unless it is beyond, or the next step's."""
+        return -self._least([-self.one, *(-tau for _, tau, _ in self.rows.held)])
 
     def _start(self) -> list[Affine]:
         """The state at t_n of a motion with the velocity -1 that meets the stop at phi."""

@@ -22,7 +22,7 @@ def plan_module(scheme: Scheme, source: str) -> str:
     plan, start = Plan.of(inside), Plan.of_start(inside)
     reasons = [why_no_contact(scheme, **asked) for asked in ({}, {"restitution": True}, {"friction": True})]
     if all(reasons):
-        operations = (replace(o, contact=None) if isinstance(o, System) else o for o in plan.operations)
+        operations = (replace(o, contact=None, later=None) if isinstance(o, System) else o for o in plan.operations)
         plan = replace(plan, operations=tuple(operations))
     arguments = ", ".join([h.name, *(s.name for s in inside.values)])
     text = fill(BANNER, source=source, digest=scheme_digest(scheme)) + fill(
@@ -103,6 +103,8 @@ def _slots(system: System) -> list[tuple[str, str]]:
     if system.contact is not None:
         u, v, *numbers = system.contact
         slots.append(("contact", f"({_row(u)}, {_row(v)}, {', '.join(map(_number, numbers))})"))
+    if system.later is not None:
+        slots.append(("later", f"({', '.join(map(_row, system.later))})"))
     return slots + _pairs("f", [(w, _number(tau)) for w, tau in system.loads])
 
 

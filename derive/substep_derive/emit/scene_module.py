@@ -53,10 +53,9 @@ def scene_module(motion: EquationsOfMotion) -> str:
     functions = [
         _function("energy", values, "Kinetic energy and potential, in J for units of kg, m, s.", motion, motion.energy)
     ]
-    if scene.constraints:
+    if scene.multipliers:
         matrix, right = motion.constrained
         functions.append(_function("constrained", values, CONSTRAINED, motion, [*matrix, *right]))
-    if scene.multipliers:
         drift = [*motion.held.expressions, *motion.held.drift[0], *motion.held.drift[1]]
         functions.append(_function("drift", values, DRIFT, motion, drift))
         functions.append(_function("directions", values, DIRECTIONS, motion, list(motion.held.directions)))

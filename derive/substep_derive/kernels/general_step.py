@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 
 from sympy import Abs, Dummy, Expr, Integer, Matrix, Symbol, diag, factor, sympify, zeros
 
+from ..constrained.explicit import held_next, mean_velocity
 from ..declare.errors import DeclarationError
 from ..declare.law import slope
 from ..declare.scheme import Balance, Scheme
@@ -26,7 +27,7 @@ from ..motion.equations import EquationsOfMotion, solved
 from ..step.step import Stage, Step
 from ..step.times import moved
 from .balance_step import BalanceStep, written
-from .reactions import Moving, by_velocity, held_next, joined, of_balance, pushed
+from .reactions import Moving, by_velocity, joined, of_balance, pushed
 from .together import Reach, begun_together, combined, predicted, reached, split, unknowns
 
 
@@ -150,9 +151,9 @@ def _iterated(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach) -> B
     residual, jacobian = Matrix.vstack(*residuals), Matrix.vstack(*jacobians)
     after, far_held = Assignments(), Integer(0)
     if w.unknown:
-        (held, speed), (residual, jacobian), after = _with_reactions(at, reach, (residual, jacobian), named)
-        vectors += [(held.names, []), (speed.names, [])]
-        far_held = held.by_z
+        moved_by_z, (residual, jacobian), after = _with_reactions(at, reach, (residual, jacobian), named)
+        vectors += [(one.names, []) for one in moved_by_z]
+        far_held = moved_by_z[0].by_z
     moving = (z, *accelerations, w.unknown, *(names for names, _ in vectors))
     steady = _Steady(at.k, {s for m in moving for s in m.free_symbols})
     residual, jacobian = (w.hoisted(m).applyfunc(steady.without) for m in (residual, jacobian))
@@ -167,11 +168,11 @@ def _iterated(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach) -> B
 
 def _with_reactions(
     at: "_At", reach: Reach, balance: tuple[Matrix, Matrix], named: Callable[[str, Matrix, int, str], Matrix]
-) -> tuple[tuple[Moving, Moving], tuple[Matrix, Matrix], Assignments]:
+) -> tuple[tuple[Moving, ...], tuple[Matrix, Matrix], Assignments]:
     """Residual and its derivative with the rows of reactions, and what is computed of these once they are known.
 
-    First the displacement that constraints hold, and the velocity at the knot where the balance takes the force, by the
-    names that `named` has given them.
+    First the displacement that constraints hold, the velocity at the knot where the balance takes the force, and that
+    which contacts and frictions hold, by the names that `named` has given them.
     """
     w, step = at.w, Step.of(at.w.scheme)
     s, velocity = moved(step, at.stage)
@@ -180,12 +181,20 @@ def _with_reactions(
         u = w.holding[at.k]
         whole, when = at.in_z(held_next(step, u)), w.instant(w.instants[u] + int(u in step.prior))
         held = Moving(named("u", whole, 0, "held"), whole[0].diff(at.z[0]), when)
-    speed = at.in_z(velocity) if by_velocity(w.motion) else zeros(w.size, 1)
-    c_v: Expr = Integer(0) + speed[0].diff(at.z[0])
-    rate = Moving(named("v", speed, 0, "held") if c_v != 0 else speed, c_v, where.when)
-    found = joined(w, at.k, at.stage, balance, held, where, rate)
+
+    def of_velocity(e: Expr, label: str) -> Moving:
+        whole = at.in_z(e)
+        c_v: Expr = Integer(0) + whole[0].diff(at.z[0])
+        return Moving(named("v", whole, 0, label) if c_v != 0 else whole, c_v, where.when)
+
+    own = any(w.motion.held.at_velocities) or (at.stage.moved and by_velocity(w.motion))
+    rate = of_velocity(velocity if own else Integer(0), "held")
+    bounded = w.motion.scene.contacts or w.motion.scene.frictions
+    later = bounded and not at.stage.moved
+    mean = of_velocity(mean_velocity(step, at.k, w.holding[at.k]), "mean") if later else rate
+    found = joined(w, at.k, at.stage, balance, held, where, rate, mean)
     w.reactions[s] = zeros(len(w.unknown), 1) if w.strengths else w.unknown
-    return (held, rate), found, pushed(w, at.k, where.names, where.when) if w.strengths else Assignments()
+    return (held, rate, mean), found, pushed(w, at.k, where.names, where.when) if w.strengths else Assignments()
 
 
 def _begun(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach, held: Expr) -> tuple[Matrix, Expr]:

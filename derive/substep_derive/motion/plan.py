@@ -17,11 +17,13 @@ from typing import cast
 
 from sympy import Dummy, Expr, Integer, Symbol, cancel, factor, fraction, sympify
 
+from ..constrained.explicit import explicit, held_next, mean_velocity
+from ..constrained.prescribed import prescribed
 from ..declare.errors import DeclarationError
 from ..declare.scheme import Balance, Scheme
 from ..declare.symbols import K0, C, K_t, M, N, N_discrete, f, h, knot, knot_of
 from ..step.step import Stage, Step
-from ..step.times import SubStepEnd, impulses, moved, passed, sub_step_ends
+from ..step.times import SubStepEnd, impulses, instants_of, moved, passed, sub_step_ends
 
 MATRICES = (M, C, K0)
 Row = Mapping[Symbol, Expr]  # vector -> its coefficient, a number once h and the parameters are given
@@ -48,6 +50,8 @@ class System:
     contact: where a reaction that the balance is solved for acts, the newest displacement that moves with its force and
     the velocity there, and the instant; and of that reaction the share in the mean of the step, and the strength: see
     `step.times.impulses`. None for what is no balance, and of a scheme whose balances do not move both.
+    later: of an explicit balance, in place of these, the displacement that its reaction holds and the mean velocity to
+    there, where the mean velocity before would have led, and that one: see `constrained.explicit`.
     """
 
     vector: Symbol
@@ -60,6 +64,7 @@ class System:
     commits: tuple[tuple[Row, Row, Expr], ...] = ()
     joined: bool = False
     contact: tuple[Row, Row, Expr, Expr, Expr] | None = None
+    later: tuple[Row, Row, Row, Row] | None = None
 
     @property
     def rows(self) -> dict[str, Row]:
@@ -72,6 +77,7 @@ class System:
         rows = [*self.rows.values(), *(row for _, row, _ in self.forces)]
         rows += [row for *pair, _ in self.commits for row in pair]
         rows += [row for _, *pair in self.differences for row in pair] + list((self.contact or ())[:2])
+        rows += list(self.later or ())
         return {s for row in rows for s in row} | {self.vector}
 
 
@@ -244,17 +250,35 @@ class _Writer:
 
     def press(self, step: Step, k: int) -> None:
         """Say of the last system, that of the k-th balance, where its reaction acts, if all balances have such."""
-        if not step.stages[k].alone:
+        if not step.stages[k].alone or not isinstance(system := self.operations[-1], System):
+            return
+        if explicit(step):
+            self.operations[-1] = replace(system, later=self._later(step, k))
             return
         try:
             of_reactions = impulses(step)
         except DeclarationError:
             return
         u, v = moved(step, step.stages[k])
-        if u in step.unknowns and isinstance(system := self.operations[-1], System):
+        if u in step.unknowns:
             rows = {u: Integer(1)}, {v: Integer(1)}
             numbers = factor(self.instants[u]), of_reactions.weights[k], of_reactions.strengths[k]
             self.operations[-1] = replace(system, contact=(*rows, *numbers))
+
+    def _later(self, step: Step, k: int) -> tuple[Row, Row, Row, Row] | None:
+        """What the reaction of the k-th balance of an explicit step holds; None where it holds nothing."""
+        try:
+            held, _ = prescribed(step.scheme).held[k]
+        except DeclarationError:
+            return None
+        (u, _), (u0, _, _), at = moved(step, step.stages[k]), knot(0), instants_of(step)
+        if u0 not in step.state or u not in step.prior or u == u0:
+            before, ahead = Integer(0), Integer(0)
+        else:
+            before = (u - u0) / (h * at[u])
+            ahead = u + h * (at[held] + int(held in step.prior) - at[u]) * before
+        rows = held_next(step, held), mean_velocity(step, k, held), ahead, before
+        return cast("tuple[Row, Row, Row, Row]", tuple(map(self.row, rows)))
 
     def _forces(self, e: Expr) -> tuple[tuple[tuple[Expr, Row, Expr], ...], tuple[tuple[Expr, Row, Row], ...]]:
         """The terms w N(row), with their instants, and the terms w N(row, row), of an internal force."""

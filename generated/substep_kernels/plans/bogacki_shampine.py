@@ -13,7 +13,7 @@ NAME = "bogacki_shampine"
 PARAMETERS = ()
 STATE = ('u_0', 'v_0', 'a_0',)
 NO_MEMORY = ''
-NO_CONTACT = 'bogacki_shampine is explicit: expected each balance to move the displacement that it takes the force at, so that a pressure holds a gap there; take an implicit scheme, give contacts a restitution, or leave them out'
+NO_CONTACT = 'bogacki_shampine is explicit and does not move on with the velocity that an impact leaves: expected one whose steps do so from the first one on; take central_difference, or an implicit scheme'
 NO_RESTITUTION = 'bogacki_shampine: expected each balance to move the velocity of the displacement that it takes the force at, v_p, so that an impulse acts in it; take another scheme'
 NO_FRICTION = 'bogacki_shampine: expected each balance to move the velocity of the displacement that it takes the force at, v_p, so that an impulse acts in it; take another scheme'
 

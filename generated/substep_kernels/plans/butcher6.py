@@ -17,7 +17,7 @@ NAME = "butcher6"
 PARAMETERS = ()
 STATE = ('u_0', 'v_0',)
 NO_MEMORY = ''
-NO_CONTACT = 'butcher6 is explicit: expected each balance to move the displacement that it takes the force at, so that a pressure holds a gap there; take an implicit scheme, give contacts a restitution, or leave them out'
+NO_CONTACT = 'butcher6 has a sub-step that does not go forward in time, in which a reaction that only pushes would pull: expected such balances where there are contacts or friction; take another scheme, such as central_difference'
 NO_RESTITUTION = 'butcher6: expected each balance to move the velocity of the displacement that it takes the force at, v_0, so that an impulse acts in it; take another scheme'
 NO_FRICTION = 'butcher6: expected each balance to move the velocity of the displacement that it takes the force at, v_0, so that an impulse acts in it; take another scheme'
 

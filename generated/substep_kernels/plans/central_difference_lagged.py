@@ -12,7 +12,7 @@ NAME = "central_difference_lagged"
 PARAMETERS = ()
 STATE = ('u_0', 'v_m1o2',)
 NO_MEMORY = ''
-NO_CONTACT = 'central_difference_lagged is explicit: expected each balance to move the displacement that it takes the force at, so that a pressure holds a gap there; take an implicit scheme, give contacts a restitution, or leave them out'
+NO_CONTACT = 'central_difference_lagged reports a velocity with the force N(u_1), whose reaction only the next step determines: expected one by accelerations of its balances; take another scheme, such as central_difference'
 NO_RESTITUTION = 'central_difference_lagged: expected each balance to move the velocity of the displacement that it takes the force at, v_0, so that an impulse acts in it; take another scheme'
 NO_FRICTION = 'central_difference_lagged: expected each balance to move the velocity of the displacement that it takes the force at, v_0, so that an impulse acts in it; take another scheme'
 

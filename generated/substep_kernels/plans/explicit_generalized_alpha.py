@@ -11,7 +11,7 @@ NAME = "explicit_generalized_alpha"
 PARAMETERS = ('alpha_m', 'alpha_f', 'beta', 'gamma',)
 STATE = ('u_0', 'v_0', 'a_0',)
 NO_MEMORY = ''
-NO_CONTACT = 'explicit_generalized_alpha is explicit: expected each balance to move the displacement that it takes the force at, so that a pressure holds a gap there; take an implicit scheme, give contacts a restitution, or leave them out'
+NO_CONTACT = 'explicit_generalized_alpha is explicit and does not move on with the velocity that an impact leaves: expected one whose steps do so from the first one on; take central_difference, or an implicit scheme'
 NO_RESTITUTION = 'explicit_generalized_alpha: expected each balance to move the velocity of the displacement that it takes the force at, v_0, so that an impulse acts in it; take another scheme'
 NO_FRICTION = 'explicit_generalized_alpha: expected each balance to move the velocity of the displacement that it takes the force at, v_0, so that an impulse acts in it; take another scheme'
 

@@ -13,9 +13,9 @@ NAME = "forest_ruth"
 PARAMETERS = ('weight',)
 STATE = ('u_0', 'v_0', 'a_0',)
 NO_MEMORY = ''
-NO_CONTACT = 'forest_ruth is explicit: expected each balance to move the displacement that it takes the force at, so that a pressure holds a gap there; take an implicit scheme, give contacts a restitution, or leave them out'
-NO_RESTITUTION = 'forest_ruth does not keep the velocity that an impact leaves: expected one that is the same a step later, of which restitution is a share; take a scheme of one balance, such as average_acceleration'
-NO_FRICTION = ''
+NO_CONTACT = 'forest_ruth has a sub-step that does not go forward in time, in which a reaction that only pushes would pull: expected such balances where there are contacts or friction; take another scheme, such as central_difference'
+NO_RESTITUTION = 'forest_ruth has a sub-step that does not go forward in time, in which a reaction that only pushes would pull: expected such balances where there are contacts or friction; take another scheme, such as central_difference'
+NO_FRICTION = 'forest_ruth has a sub-step that does not go forward in time, in which a reaction that only pushes would pull: expected such balances where there are contacts or friction; take another scheme, such as central_difference'
 
 
 def step(h, weight_):
@@ -28,7 +28,6 @@ def step(h, weight_):
             "M": {"a_p": 1},
             "C": {"v_p": 1},
             "N": [(1, {"u_p": 1}, weight_)],
-            "contact": ({"u_p": 1}, {"v_p": 1}, weight_, 1/2 - 1/2*weight_, 2),
             "f": [(1, weight_)],
         }),
         ("combine", "u_1", {"a_p": -1/2*h**2*weight_*(2*weight_ - 1), "a_q": -1/2*h**2*weight_*(weight_ - 1), "u_q": 1, "v_p": h*weight_}),
@@ -37,7 +36,6 @@ def step(h, weight_):
             "M": {"a_q": 1},
             "C": {"v_q": 1},
             "N": [(1, {"u_q": 1}, 1 - weight_)],
-            "contact": ({"u_q": 1}, {"v_q": 1}, 1 - weight_, 1/2 - 1/2*weight_, 0),
             "f": [(1, 1 - weight_)],
         }),
         ("combine", "v_1", {"a_1": (1/2)*h*weight_, "a_q": (1/2)*h*weight_, "v_q": 1}),
@@ -45,7 +43,6 @@ def step(h, weight_):
             "M": {"a_1": 1},
             "C": {"v_1": 1},
             "N": [(1, {"u_1": 1}, 1)],
-            "contact": ({"u_1": 1}, {"v_1": 1}, 1, (1/2)*weight_, 2),
             "f": [(1, 1)],
         }),
     ]

@@ -11,7 +11,7 @@ NAME = "forward_euler"
 PARAMETERS = ()
 STATE = ('u_0', 'v_0',)
 NO_MEMORY = ''
-NO_CONTACT = 'forward_euler is explicit: expected each balance to move the displacement that it takes the force at, so that a pressure holds a gap there; take an implicit scheme, give contacts a restitution, or leave them out'
+NO_CONTACT = 'forward_euler moves its first displacement by the velocity of the start alone: expected one that the reaction there moves, so that it holds the constraint; take another scheme'
 NO_RESTITUTION = 'forward_euler: expected each balance to move the velocity of the displacement that it takes the force at, v_0, so that an impulse acts in it; take another scheme'
 NO_FRICTION = 'forward_euler: expected each balance to move the velocity of the displacement that it takes the force at, v_0, so that an impulse acts in it; take another scheme'
 

@@ -13,7 +13,7 @@ NAME = "kr_alpha_plain_start"
 PARAMETERS = ('rho_inf',)
 STATE = ('u_0', 'v_0', 'a_0',)
 NO_MEMORY = ''
-NO_CONTACT = 'kr_alpha_plain_start is explicit: expected each balance to move the displacement that it takes the force at, so that a pressure holds a gap there; take an implicit scheme, give contacts a restitution, or leave them out'
+NO_CONTACT = 'kr_alpha_plain_start takes its coefficients from the structure: expected relations that hold whatever the reaction is; take another scheme for constraints'
 NO_RESTITUTION = 'kr_alpha_plain_start: expected each balance to move the velocity of the displacement that it takes the force at, v_1, so that an impulse acts in it; take another scheme'
 NO_FRICTION = 'kr_alpha_plain_start: expected each balance to move the velocity of the displacement that it takes the force at, v_1, so that an impulse acts in it; take another scheme'
 

@@ -12,8 +12,8 @@ NAME = "noh_bathe"
 PARAMETERS = ('p',)
 STATE = ('u_0', 'v_0', 'a_0',)
 NO_MEMORY = ''
-NO_CONTACT = 'noh_bathe is explicit: expected each balance to move the displacement that it takes the force at, so that a pressure holds a gap there; take an implicit scheme, give contacts a restitution, or leave them out'
-NO_RESTITUTION = 'noh_bathe does not keep the velocity that an impact leaves: expected one that is the same a step later, of which restitution is a share; take a scheme of one balance, such as average_acceleration'
+NO_CONTACT = 'noh_bathe is explicit and does not move on with the velocity that an impact leaves: expected one whose steps do so from the first one on; take central_difference, or an implicit scheme'
+NO_RESTITUTION = 'noh_bathe is explicit and does not move on with the velocity that an impact leaves: expected one whose steps do so from the first one on; take central_difference, or an implicit scheme'
 NO_FRICTION = ''
 
 
@@ -28,7 +28,7 @@ def step(h, p_):
             "C": {"a_0": h*p_, "v_0": 1},
             "N": [(1, {"u_p": 1}, p_)],
             "commit": [({"u_p": 1}, {"v_p": 1}, p_)],
-            "contact": ({"u_p": 1}, {"v_p": 1}, p_, (1/2)*(1 - p_)/p_, 2),
+            "later": ({"u_1": 1}, {"u_1": -1/(h*(p_ - 1)), "u_p": 1/(h*(p_ - 1))}, {"u_0": (p_ - 1)/p_, "u_p": 1/p_}, {"u_0": -1/(h*p_), "u_p": 1/(h*p_)}),
             "f": [(1, p_)],
         }),
         ("combine", "v_1", {"a_0": -1/2*h*(p_ - 1)*(2*p_ - 1)/p_, "a_1": (1/2)*h*p_, "a_p": -1/2*h*(p_**2 + p_ - 1)/p_, "v_p": 1}),
@@ -36,7 +36,7 @@ def step(h, p_):
             "M": {"a_1": 1},
             "C": {"a_p": -h*(p_ - 1), "v_p": 1},
             "N": [(1, {"u_1": 1}, 1)],
-            "contact": ({"u_1": 1}, {"v_1": 1}, 1, (1/2)*p_, (4*p_ - 2)/p_**2),
+            "later": ({"a_1": (1/2)*h**2*p_**2, "u_1": 1, "v_1": h*p_}, {"a_1": (1/2)*h*p_, "v_1": 1}, {}, {}),
             "f": [(1, 1)],
         }),
     ]

@@ -12,7 +12,7 @@ NAME = "rk2"
 PARAMETERS = ()
 STATE = ('u_0', 'v_0',)
 NO_MEMORY = ''
-NO_CONTACT = 'rk2 is explicit: expected each balance to move the displacement that it takes the force at, so that a pressure holds a gap there; take an implicit scheme, give contacts a restitution, or leave them out'
+NO_CONTACT = 'rk2 is explicit and does not move on with the velocity that an impact leaves: expected one whose steps do so from the first one on; take central_difference, or an implicit scheme'
 NO_RESTITUTION = 'rk2: expected each balance to move the velocity of the displacement that it takes the force at, v_0, so that an impulse acts in it; take another scheme'
 NO_FRICTION = 'rk2: expected each balance to move the velocity of the displacement that it takes the force at, v_0, so that an impulse acts in it; take another scheme'
 

@@ -21,7 +21,7 @@ NAME = "stoermer_extrapolation"
 PARAMETERS = ()
 STATE = ('u_0', 'v_0', 'a_0',)
 NO_MEMORY = ''
-NO_CONTACT = 'stoermer_extrapolation is explicit: expected each balance to move the displacement that it takes the force at, so that a pressure holds a gap there; take an implicit scheme, give contacts a restitution, or leave them out'
+NO_CONTACT = 'stoermer_extrapolation: expected the reaction of each balance to move a displacement, of this step or the next, got none that balance 11 moves and no earlier one holds; take another scheme for constraints'
 NO_RESTITUTION = 'stoermer_extrapolation: expected each balance to move the velocity of the displacement that it takes the force at, v_p, so that an impulse acts in it; take another scheme'
 NO_FRICTION = 'stoermer_extrapolation: expected each balance to move the velocity of the displacement that it takes the force at, v_p, so that an impulse acts in it; take another scheme'
 

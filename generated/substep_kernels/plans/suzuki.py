@@ -15,9 +15,9 @@ NAME = "suzuki"
 PARAMETERS = ('weight',)
 STATE = ('u_0', 'v_0', 'a_0',)
 NO_MEMORY = ''
-NO_CONTACT = 'suzuki is explicit: expected each balance to move the displacement that it takes the force at, so that a pressure holds a gap there; take an implicit scheme, give contacts a restitution, or leave them out'
-NO_RESTITUTION = 'suzuki does not keep the velocity that an impact leaves: expected one that is the same a step later, of which restitution is a share; take a scheme of one balance, such as average_acceleration'
-NO_FRICTION = ''
+NO_CONTACT = 'suzuki has a sub-step that does not go forward in time, in which a reaction that only pushes would pull: expected such balances where there are contacts or friction; take another scheme, such as central_difference'
+NO_RESTITUTION = 'suzuki has a sub-step that does not go forward in time, in which a reaction that only pushes would pull: expected such balances where there are contacts or friction; take another scheme, such as central_difference'
+NO_FRICTION = 'suzuki has a sub-step that does not go forward in time, in which a reaction that only pushes would pull: expected such balances where there are contacts or friction; take another scheme, such as central_difference'
 
 
 def step(h, weight_):
@@ -29,7 +29,6 @@ def step(h, weight_):
         ("solve", "a_p", {
             "M": {"a_p": 1},
             "N": [(1, {"u_p": 1}, weight_)],
-            "contact": ({"u_p": 1}, {"v_p": 1}, weight_, weight_, 2),
             "f": [(1, weight_)],
         }),
         ("combine", "v_q", {"a_p": (1/2)*h*weight_, "a_q": (1/2)*h*weight_, "v_p": 1}),
@@ -37,7 +36,6 @@ def step(h, weight_):
         ("solve", "a_q", {
             "M": {"a_q": 1},
             "N": [(1, {"u_q": 1}, 2*weight_)],
-            "contact": ({"u_q": 1}, {"v_q": 1}, 2*weight_, 1/2 - 3/2*weight_, 0),
             "f": [(1, 2*weight_)],
         }),
         ("combine", "v_r", {"a_q": -1/2*h*(4*weight_ - 1), "a_r": -1/2*h*(4*weight_ - 1), "v_q": 1}),
@@ -45,7 +43,6 @@ def step(h, weight_):
         ("solve", "a_r", {
             "M": {"a_r": 1},
             "N": [(1, {"u_r": 1}, 1 - 2*weight_)],
-            "contact": ({"u_r": 1}, {"v_r": 1}, 1 - 2*weight_, 1/2 - 3/2*weight_, 2),
             "f": [(1, 1 - 2*weight_)],
         }),
         ("combine", "u_1", {"a_r": (1/2)*h**2*weight_**2, "a_s": h**2*weight_**2, "u_s": 1, "v_r": h*weight_}),
@@ -53,14 +50,12 @@ def step(h, weight_):
         ("solve", "a_s", {
             "M": {"a_s": 1},
             "N": [(1, {"u_s": 1}, 1 - weight_)],
-            "contact": ({"u_s": 1}, {"v_s": 1}, 1 - weight_, weight_, 0),
             "f": [(1, 1 - weight_)],
         }),
         ("combine", "v_1", {"a_1": (1/2)*h*weight_, "a_s": (1/2)*h*weight_, "v_s": 1}),
         ("solve", "a_1", {
             "M": {"a_1": 1},
             "N": [(1, {"u_1": 1}, 1)],
-            "contact": ({"u_1": 1}, {"v_1": 1}, 1, (1/2)*weight_, 2),
             "f": [(1, 1)],
         }),
     ]

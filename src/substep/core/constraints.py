@@ -3,7 +3,7 @@
 G are the derivatives by the coordinates of what constraints keep at 0, and of minus the gaps of contacts.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import combinations
 from typing import Any, Protocol
 
@@ -60,18 +60,28 @@ def pressures(scene: _Held, t: Array, u: Array, v: Array, memory: Array) -> Arra
 
     They are those under which no gap begins to close, none negative; NaN where there are none such.
     """
-    d = len(scene.info.contacts)
-    x, rate = (part[..., -d:] for part in scene.drift(t, u, v)[:2])
-    across = np.linalg.norm(scene.directions(t, u)[..., -d:, :], axis=-1)
-    lengths = np.reshape(scene.length, (*np.shape(scene.length), *(1,) * (x.ndim - np.ndim(scene.length))))
-    speeds = np.linalg.norm(v, axis=-1, keepdims=True)
-    closed = (np.abs(x) <= ALLOWED * across * lengths) & (np.abs(rate) <= ALLOWED * across * speeds)
-    found = np.zeros(x.shape)
-    for at in np.ndindex(x.shape[:-1]):
+    closed = _closed(scene, t, u, v)
+    found = np.zeros(closed.shape)
+    for at in np.ndindex(closed.shape[:-1]):
         if closed[at].any():
             one = scene.lanes(slice(at[0], at[0] + 1)) if scene.u0.ndim > 1 else scene
             found[at] = _at_rest(one, (t[at][None], u[at][None], v[at][None]), memory[at], np.flatnonzero(closed[at]))
     return found
+
+
+def _closed(scene: _Held, t: Array, u: Array, v: Array) -> NDArray[np.bool_]:
+    """Which contacts (..., d) are closed and at rest at u, v (..., n)."""
+    c, d = len(scene.info.multipliers), len(scene.info.contacts)
+    x, rate = (part[..., c : c + d] for part in scene.drift(t, u, v)[:2])
+    across = np.linalg.norm(scene.directions(t, u)[..., c : c + d, :], axis=-1)
+    lengths = np.reshape(scene.length, (*np.shape(scene.length), *(1,) * (x.ndim - np.ndim(scene.length))))
+    speeds = np.linalg.norm(v, axis=-1, keepdims=True)
+    return np.asarray((np.abs(x) <= ALLOWED * across * lengths) & (np.abs(rate) <= ALLOWED * across * speeds))
+
+
+def _subsets(places: NDArray[np.intp]) -> Iterator[list[int]]:
+    """All subsets, the smallest first."""
+    return (list(some) for count in range(len(places) + 1) for some in combinations(places.tolist(), count))
 
 
 def _at_rest(scene: _Held, state: tuple[Array, Array, Array], memory: Array, closed: NDArray[np.intp]) -> Array:
@@ -86,40 +96,61 @@ def _at_rest(scene: _Held, state: tuple[Array, Array, Array], memory: Array, clo
 
     free = opening(np.zeros(d))
     by = np.array([opening(row) - free for row in np.eye(d)]).T
-    for count in range(len(closed) + 1):
-        for chosen in combinations(closed.tolist(), count):
-            p, some = np.zeros(d), list(chosen)
-            if some:
-                p[some] = np.linalg.lstsq(by[np.ix_(some, some)], -free[some], rcond=None)[0]
-            gaps = (free + by @ p)[closed]
-            if (p >= 0.0).all() and (gaps >= -1e-9 * (1.0 + np.abs(free[closed]))).all():
-                return p
+    for some in _subsets(closed):
+        p = np.zeros(d)
+        if some:
+            p[some] = np.linalg.lstsq(by[np.ix_(some, some)], -free[some], rcond=None)[0]
+        gaps = (free + by @ p)[closed]
+        if (p >= 0.0).all() and (gaps >= -1e-9 * (1.0 + np.abs(free[closed]))).all():
+            return p
     return np.full(d, np.nan)
 
 
 def held_first(
     scene: _Held, t: Array, u: Array, v: Array, a: Array, factors: Sequence[Any], ahead: Array, places: list[int]
 ) -> tuple[Array, Array]:
-    """Changes of acceleration (P, n) and multipliers (P, c) that hold a displacement of the first step.
+    """Changes of acceleration (P, n) and reactions (P, c) that hold a displacement of the first step.
 
     It is factors * (u, v, a), numbers or (P,), of u, v, a (P, n) at the start t (P,), and is `ahead` s (P,) later; the
-    constraints at these places are 0 there. Of central differences that is SHAKE's first step (Ryckaert, Ciccotti &
-    Berendsen, J. Comput. Phys. 23 (1977) 327-341).
+    constraints at these places are 0 there, and contacts that are closed and at rest do not close further. Of central
+    differences that is SHAKE's first step (Ryckaert, Ciccotti & Berendsen, J. Comput. Phys. 23 (1977) 327-341).
     """
+    given = t, u, v, a, *(np.broadcast_to(x, len(u)) for x in (*factors, ahead))
+    c, closed = len(scene.info.multipliers), _closed(scene, t, u, v)
+    change, found, _ = _held(scene, given, places)
+    for k in np.flatnonzero(closed.any(axis=1)):
+        at = slice(k, k + 1)
+        one = scene.lanes(at) if scene.u0.ndim > 1 else scene
+        for some in _subsets(c + np.flatnonzero(closed[k])):
+            change[at], found[at], off = _held(one, tuple(x[at] for x in given), [*places, *some])
+            others = np.setdiff1d(c + np.flatnonzero(closed[k]), some)
+            if (found[k, some] >= 0.0).all() and (off[0, others] <= 0.0).all():
+                break
+    return change, found
+
+
+def _held(scene: _Held, given: tuple[Array, ...], places: Sequence[int]) -> tuple[Array, Array, Array]:
+    """Changes of acceleration (P, n) and reactions (P, c) that make these constraints and gaps 0; all of them (P, c).
+
+    given: t, u, v, a, the factors, and how much later the displacement is, of P lanes each.
+    """
+    t, u, v, a, *numbers, ahead = given
     n, matrix, along = u.shape[-1], scene.constrained(t, u, v), scene.directions(t, u)[:, places]
     by = np.linalg.pinv(matrix[:, :n, :n]) @ along.swapaxes(1, 2)
-    of_u, of_v, of_a = (np.broadcast_to(x, len(u))[:, None] for x in factors)
-    change, found = np.zeros_like(a), np.zeros((len(u), matrix.shape[-1] - n))
+    of_u, of_v, of_a = (x[:, None] for x in numbers)
+    change, found = np.zeros_like(a), np.zeros((len(u), len(scene.info.reactions)))
+    every = np.zeros_like(found)
     for _ in range(MOST):
         there = of_u * u + of_v * v + of_a * (a + change)
-        off = scene.drift(t + ahead, there, v)[0][:, places]
+        every = scene.drift(t + ahead, there, v)[0]
+        off = every[:, places]
         slopes = of_a[..., None] * scene.directions(t + ahead, there)[:, places] @ by
         more = np.linalg.pinv(slopes) @ off[..., None]
         pushed = (by @ more)[..., 0]
         change, found[:, places] = change - pushed, found[:, places] + more[..., 0]
         if np.abs(of_a * pushed).max(initial=0.0) <= 1e-15 * np.max(scene.length):
             break
-    return change, found
+    return change, found, every
 
 
 def require_allowed(scene: _Held, t: float, u: Array, v: Array) -> None:

@@ -27,7 +27,7 @@ from ..core.scheme_names import unknown_argument
 from ..core.schemes import Scheme, schemes
 from ..core.state import State, bare, whose
 from ..run.clock import AT_ZERO, CHOSEN, Begin, ConstantSteps, Control, steps_of
-from ..run.schemes import numbers_only, warn_of_sinking
+from ..run.schemes import numbers_only
 from .adaptive import march_adaptive
 from .gained import gained
 from .linear import LinearLanes, march_linear
@@ -177,7 +177,6 @@ def marched(
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
     if scene.info.multipliers or scene.info.contacts:
         require_decay(scene.name, scheme)
-    warn_of_sinking(scheme, reactions=len(scene.info.reactions) > len(scene.info.multipliers))
     if isinstance(steps, Control) and scene.info.reactions:
         behind = state and _behind_jump(scene, state)
         return march_to_events(scene, scheme, steps, _vectors(scene, behind), behind, bound)

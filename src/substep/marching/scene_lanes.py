@@ -201,8 +201,7 @@ def _held_first(
         return a, memory
     first = module.held_first(dt, *scheme.parameters.values())
     change, reactions = constraints.held_first(scene, begin.origin + begin.first * dt, u, v, a, *first)
-    laws, more = scene.info.laws, memory.shape[1] - scene.info.laws - reactions.shape[1]
-    return a + change, memory + np.pad(reactions, ((0, 0), (laws, more)))
+    return a + change, memory + np.pad(reactions, ((0, 0), (scene.info.laws, 0)))
 
 
 def _of_lanes(x: Any, shape: tuple[int, ...]) -> Array:

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.arrays import Array
-from ..core.errors import warn
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
 
@@ -21,16 +20,6 @@ def numbers_only(scheme: "Scheme | str | Declaration", cure: str) -> Scheme:
         if value.ndim:
             raise ValueError(f"expected one value for {name} of {found.name}, got an array; {cure}")
     return found
-
-
-def warn_of_sinking(scheme: Scheme, *, reactions: bool) -> None:
-    """Warn of an explicit scheme where there are contacts or frictions, which hold velocities: docs/constraints.md."""
-    if reactions and scheme.kind == "explicit":
-        warn(
-            f"{scheme.name} holds velocities at the ends of its steps, but moves displacements by those between them: "
-            "what rests on a stop sinks, and what friction bears creeps, by dt/2 times the acceleration that is held, "
-            "in m/s; take an implicit scheme, such as average_acceleration"
-        )
 
 
 def carried(history: Iterable[tuple[int, int]], done: Any, row: Callable[[Any, int], Array]) -> Array:

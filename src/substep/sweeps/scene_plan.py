@@ -25,7 +25,6 @@ from ..marching.run import require_decay
 from ..marching.scene_lanes import pair_kernels
 from ..run.axes import RESERVED, Axis, Keep, Owner, asked
 from ..run.clock import Control
-from ..run.schemes import warn_of_sinking
 from .description import description, name_of
 from .draws import require_allowed
 from .lanes import march_group
@@ -288,7 +287,6 @@ def _check(plan: ScenePlan) -> None:
     one, scheme = plan.scene_of_one, plan.scheme_of_all  # making them checks them
     if one.info.multipliers or one.info.contacts:
         require_decay(one.name, scheme)
-    warn_of_sinking(scheme, reactions=len(one.info.reactions) > len(one.info.multipliers))
     if plan.by_tol:
         _check_chosen(plan)
         return

@@ -28,6 +28,7 @@ class Energies(NamedTuple):
     held: K u (n,), or the part of an internal force that `worked_at` returns, if any. resisted: C times the change of u
     in the last step, and C v, (2, n); None without damping. loads (J,): the values of the loads' functions. moved
     (J, 2): inner products of the load vectors with u, v. memory: what an internal force remembers, None without.
+    reactions (d,): of contacts, None where they are not known.
     quadrature: as in `Account`.
     """
 
@@ -42,6 +43,7 @@ class Energies(NamedTuple):
     damped: float = 0.0
     quadrature: float = 0.0
     memory: Memory | None = None
+    reactions: Array | None = None
 
     @classmethod
     def of(
@@ -111,7 +113,9 @@ class Energies(NamedTuple):
         work = 0.5 * float((self.loads + loads) @ known[:, 0])
         damped, contacts = 0.0, s.contacts
         if isinstance(contacts, Contacts) and reactions is not None:
-            damped = contacts.rubbed(reactions, motions[0])
+            damped = contacts.rubbed(reactions, motions[0])  # those of an explicit scheme act at instants
+            if contacts.remembered and self.reactions is not None:
+                damped = 0.5 * (damped + contacts.rubbed(self.reactions, motions[0]))
         if s.internal is not None and self.held is not None and between is not None and new.held is not None:
             of_force = inner_products(np.array([self.held, between, new.held]), motions)
             own = 0.5 * float(of_force[0, 0] + of_force[2, 0])
@@ -128,7 +132,8 @@ class Energies(NamedTuple):
             by_damping = inner_products(motions, np.array([new.resisted[0], self.resisted[1], new.resisted[1]]))
             damped += float(by_damping[0, 0]) / h
             finer -= float(of_damped((change, change), ends, ends, h, lambda x, y: x @ by_damping @ y))
-        return new._replace(work=self.work + work, damped=self.damped + damped, quadrature=self.quadrature + finer)
+        sums = {"work": self.work + work, "damped": self.damped + damped, "quadrature": self.quadrature + finer}
+        return new._replace(**sums, reactions=reactions)
 
     def along(
         self, s: Model, motion: Array, t: float, h: float, loads: Array, half: Array, memories: Memory, held: Array,

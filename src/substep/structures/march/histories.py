@@ -84,7 +84,8 @@ class Histories(Kept):
         self.touched = list[Array]()  # of contacts, reactions and gaps (2, d) in each row
         self.reactions = run.reactions
         if run.reactions is not None and (contacts := run.structure.contacts) is not None:
-            self.touched.append(np.array([run.reactions, contacts.gaps(run.given[0])]))
+            first = contacts.reported(run.reactions) if isinstance(contacts, Contacts) else run.reactions
+            self.touched.append(np.array([first, contacts.gaps(run.given[0])]))
         self.iterations = np.zeros((asked.n, run.scheme.balances), np.int64)
         self.state: Array | None = None
         self.last: Trial | None = None

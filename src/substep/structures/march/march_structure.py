@@ -21,8 +21,10 @@ from .fixed_steps import FixedSteps
 from .going_on import begun
 from .histories import ChosenHistories, Histories
 from .newton import Iteration
+from .reacting import suited
 from .refusals import require_definite_mass, require_no_contacts, require_suited, unknown_in_march, unsymmetric
 from .response import StructureResponse
+from .scheme_plan import step_of
 from .step_control import ChosenSteps
 from .steps import Run
 from .time_loop import Clock, steps_taken
@@ -106,6 +108,7 @@ def march_structure(
     iteration = Iteration(newton == "full", line_search)
     h = steps.t_end if isinstance(steps, Control) else steps.dt
     require_suited(structure, scheme, h)
+    structure = suited(structure, step_of(scheme, h))
     run, tangents = begun(Run(structure, scheme, h, iteration), steps, state)
     if isinstance(steps, Control):
         # atol of u as it was given, else as a share of the largest u so far

@@ -13,6 +13,17 @@ from .pressing import Pressing
 from .scheme_plan import Steps, System
 
 
+def suited(structure: Model, steps: Steps) -> Model:
+    """The structure, with contacts whose reactions are remembered where the scheme is explicit.
+
+    They act in one of its steps alone, as they move displacements at instants between which velocities do.
+    """
+    contacts = structure.contacts
+    if not isinstance(contacts, Contacts) or not any(x.touch is not None and x.touch.later for x in steps.systems):
+        return structure
+    return replace(structure, contacts=replace(contacts, remembered=True))
+
+
 def pressed(structure: Model, steps: Steps, before: Steps) -> tuple[Steps, tuple[Pressing | None, ...]]:
     """The steps with a vector more for each balance, behind the unknowns, and the contacts in their systems.
 
@@ -52,12 +63,12 @@ def _remember(pairs: Sequence[tuple[System, Pressing]], steps: Steps) -> None:
     if any(np.array_equal(force.u, steps.out[0]) for force in forces):  # else a force at u_0 is of another reaction
         known.append((steps.rows["u_0"], pairs[-1][1]))
     for system, one in pairs:
-        one.weight = sum(w for w, _, _ in system.differences)
+        one.weight, own = sum(w for w, _, _ in system.differences), None
         for force in system.forces:
             at = next((x for row, x in known if np.array_equal(row, force.u)), None)
             if at is None:
-                one.weight += force.w
+                one.weight, own = one.weight + force.w, force.u
             else:
                 one.known.append((force.w, at))
         if system.touch is not None:
-            known.append((system.touch.rows[0], one))
+            known.append((own if system.touch.later and own is not None else system.touch.rows[0], one))

@@ -8,7 +8,6 @@ import numpy as np
 from ...core.scheme_names import unknown_argument
 from ...core.schemes import Scheme
 from ...marching.run import require_decay as require_error_decay
-from ...run.schemes import warn_of_sinking
 from ..model.consistency import require_finite_start, require_own_potential, require_own_tangent
 from ..model.contacts import Contacts
 from ..model.held import Held
@@ -94,6 +93,12 @@ def require_contacts(structure: Model, scheme: Scheme, who: str, systems: Sequen
     """
     if structure.contacts is None:
         return
+    if isinstance(structure.contacts, Held) and any(x.touch is not None and x.touch.later for x in systems):
+        raise ValueError(
+            f"{who} is explicit: expected a scheme that moves the displacement at which it takes the force, where the "
+            "reactions of nonlinear constraints of a structure act; take an implicit scheme, or declare the structure "
+            "as a scene"
+        )
     if isinstance(structure.contacts, Held) and any(_at_a_mean(x) for x in systems):
         raise ValueError(
             f"{who} takes forces at a mean of two displacements: expected a scheme that takes them at displacements of "
@@ -108,9 +113,8 @@ def require_contacts(structure: Model, scheme: Scheme, who: str, systems: Sequen
             what = "displacement" if kind == "gap" else "velocity"
             raise ValueError(
                 f"{who} does not move the {what} at which it takes the force: expected one that it moves, so that a "
-                "reaction acts there; take another scheme, or give contacts restitution= where the scheme is explicit"
+                "reaction acts there; take another scheme"
             )
-    warn_of_sinking(scheme, reactions=isinstance(structure.contacts, Contacts))
     if kinds != ["friction"]:
         require_error_decay(f"a structure with {structure.contacts.kind}", scheme)
 

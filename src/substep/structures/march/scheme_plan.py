@@ -41,12 +41,15 @@ class Commit(NamedTuple):
 class Touch(NamedTuple):
     """Where the reaction of a balance acts: rows (4, V) of u and v there, of u where v at t_n leads, and of v at t_n.
 
-    share: of the reaction in the mean of the step. strength: that of one which is 1 in all of the step.
+    share: of the reaction in the mean of the step. strength: that of one which is 1 in all of the step. later: whether
+    the balance is explicit: u is then the next displacement that the reaction moves, v the mean velocity to there, and
+    in place of that at t_n is the mean velocity before.
     """
 
     rows: Array
     share: float
     strength: float
+    later: bool = False
 
 
 @dataclass(frozen=True)
@@ -210,9 +213,12 @@ def _values(scheme: Scheme, module: ModuleType) -> list[float]:
 
 
 def _module(scheme: Scheme) -> ModuleType:
-    """The generated plan; one that is not committed is printed on first use."""
+    """The generated plan; one that is not committed is printed on first use.
+
+    A member of a family has that of the family, but for an explicit member: what its reactions hold is another thing.
+    """
     if scheme.info.declaration is None:
-        return _in_catalogue(scheme.kernels.NAME)
+        return _in_catalogue(scheme.name if scheme.kind == "explicit" else scheme.kernels.NAME)
     from ...derived.modules import own_plan_module  # noqa: PLC0415 (the one door to SymPy)
 
     return own_plan_module(scheme.info.declaration)
@@ -264,6 +270,9 @@ def _steps(
         at_start = ({"u_0": 1.0, "v_0": h * instant}, {"v_0": 1.0}) if "v_0" in places else ({}, {})
         return Touch(np.array([row(x) for x in (u, v, *at_start)]), *map(float, of_reaction))
 
+    def later(held: Sequence[Row] | None) -> Touch | None:
+        return None if held is None else Touch(np.array([row(x) for x in held]), 1.0, 1.0, later=True)
+
     systems = list[System]()
     for kind, name, body in operations:
         if kind == "combine":
@@ -279,7 +288,7 @@ def _steps(
                 tuple((float(w), float(tau)) for w, tau in body.get("f", ())),
                 tuple(commits(body.get("commit", ()))),
                 slice(0),
-                touch(*body["contact"]) if "contact" in body else None,
+                touch(*body["contact"]) if "contact" in body else later(body.get("later")),
             )
         )
     made, reported = (np.reshape([row(r) for r in x.values()], (-1, len(places))) for x in (out, report))

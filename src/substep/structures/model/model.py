@@ -282,7 +282,7 @@ class Model:
         assert self.contacts is not None
         if not self.contacts.remembered:
             return np.zeros(self.contacts.size)
-        closed, found = self.contacts.closed(u, v), np.zeros(self.contacts.size)
+        closed, found = self.contacts.closed(u, v) & ~self.contacts.sliding, np.zeros(self.contacts.size)
         rows, columns = self.contacts.rows, self.contacts.columns
         if len(self.bare):
             right, largest = self._unbalanced(t, u, v, memory=memory)

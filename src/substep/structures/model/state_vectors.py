@@ -5,6 +5,7 @@ import numpy as np
 from ...core.arrays import Array
 from ...core.state import State
 from .constraints import independent
+from .contacts import Contacts
 from .memory import Memory, RememberingForce
 from .model import Model
 
@@ -42,7 +43,7 @@ def reactions_of(structure: Model, state: State, u: Array, v: Array) -> Array:
                 "what r.state.memory has"
             )
         found[where] = x
-    return found
+    return contacts.reported(found) if isinstance(contacts, Contacts) else found
 
 
 def memory_of(structure: Model, state: State) -> Memory | None:
