@@ -178,9 +178,9 @@ def test_the_symplectic_euler_method_is_what_it_is_said_to_be() -> None:
 
 
 def test_a_heading_an_address_each() -> None:
-    """Thirty-three questions, each with where it was asked, at no address twice."""
+    """Thirty-seven questions, each with where it was asked, at no address twice."""
     asked = re.split(r"^### ", PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]
     addresses = [ADDRESS.search(question) for question in asked]
-    assert len(asked) == 33
+    assert len(asked) == 37
     assert all(addresses)
-    assert len({address[1] for address in addresses if address}) == 33
+    assert len({address[1] for address in addresses if address}) == 37
