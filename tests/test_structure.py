@@ -109,6 +109,7 @@ def test_general_parameters() -> None:
     """With the parameters as symbols; the coefficient says where the verdict may change."""
     found = derive("newmark").nonlinear
     assert (found.symmetric.holds, found.symplectic.holds, found.conjugate_symplectic.holds) == (NO, NO, NO)
+    assert not found.symplectic  # a verdict is true where it holds with a proof
     assert "(1/4 - gamma/2)*(omega h)^2" in found.symplectic.reason
     undamped = derive("newmark", gamma="1/2").nonlinear
     assert (undamped.symmetric.holds, undamped.symplectic.holds, undamped.conjugate_symplectic.holds) == (YES, NO, YES)

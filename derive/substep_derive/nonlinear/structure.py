@@ -32,6 +32,10 @@ class Verdict:
         """'yes', 'no' or 'open'."""
         return {True: "yes", False: "no", None: "open"}[self.holds]
 
+    def __bool__(self) -> bool:
+        """Whether it holds, with a proof."""
+        return self.holds is True
+
     def __str__(self) -> str:
         return f"{self.word}: {self.reason}"
 
