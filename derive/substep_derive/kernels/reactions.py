@@ -14,7 +14,7 @@ forces, and hold the mean velocity with which the next displacement is reached, 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from sympy import Expr, Integer, Matrix, Symbol, zeros
+from sympy import Abs, Expr, Integer, Matrix, Rational, Symbol, zeros
 
 from ..constrained.explicit import (
     explicit,
@@ -33,6 +33,8 @@ from ..motion.components import Assignments, Writer, assign
 from ..motion.equations import EquationsOfMotion, solved
 from ..step.step import Stage, Step
 from ..step.times import impulses, impulses_last, instants_of, moved
+
+ROUNDING = Rational(1, 10**12)  # of a scene's length: a smaller gap is closed, so that what rests on a stop stays there
 
 
 @dataclass(frozen=True)
@@ -208,8 +210,10 @@ def _rows(w: Writer, k: int, stage: Stage, to: Moving, u: Moving, v: Moving, mea
         at, speed_there, then, span = _before(w, k, stage, u)
         gaps, before = (held.at(e, at, speed_there, then)[j] for e in (held.expressions, held.drift[0]))
         ahead = gaps + span * before
+        across = sum((Abs(e) for e in held.directions_at(at, then)[j, :].tolist()[0]), Integer(0))
+        allowed = w.hoisted(Matrix([ROUNDING * scene.length * across]))[0]
         opens = smaller(-(rates[j] + contact.restitution * before) / c_v, moves[j] * unknown[j])
-        found.append(where_at_least(ahead, Integer(0), opens, moves[j] * unknown[j]))
+        found.append(where_at_least(ahead, -allowed, opens, moves[j] * unknown[j]))
     pressures = dict(zip(map(Symbol, scene.contacts), unknown[c : c + d, :], strict=True))
     for j, friction in enumerate(scene.frictions.values(), start=c + d):
         limit = friction.limit.subs(scene.invariants)

@@ -233,7 +233,9 @@ def accounted(
 
 
 def held_at_start(run: Run) -> float:
-    """About the energy that an internal force holds at the start, which the account counts from 0."""
+    """About the energy that loads and an internal force have at the start, which the account counts from 0."""
     s, (u, v, _) = run.structure, run.given
-    recalled = None if run.memory is None else Recalled(run.memory)
-    return 0.0 if s.internal is None else float(np.abs(u) @ np.abs(s.restoring(run.time(0), u, v, recalled)))
+    recalled, here = None if run.memory is None else Recalled(run.memory), run.time(0)
+    by_loads = np.abs(s.load_values(np.array([here]))[0]) @ np.abs(s.load_vectors.T) @ np.abs(u)
+    held = 0.0 if s.internal is None else np.abs(u) @ np.abs(s.restoring(here, u, v, recalled))
+    return float(by_loads + held)

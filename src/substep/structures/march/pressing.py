@@ -121,7 +121,8 @@ class Pressing:
             found[held] = gaps[held] / c_u
         if bouncing.any():
             opens = contacts.rows @ (v + c_v * z[contacts.columns])
-            closes = (contacts.gaps0 + contacts.rows @ ahead <= 0.0) | contacts.sliding
+            free = z - self.moved @ self.p if self.p.any() else z
+            closes = contacts.closing(ahead, c_u * free[contacts.columns]) | contacts.sliding
             opens += contacts.restitution * (contacts.rows @ before)
             found[bouncing] = np.where(closes, opens / c_v, np.inf)[bouncing]
         return found

@@ -17,6 +17,7 @@ from ..solvers.matrices import Matrix
 from .springs import rows_of
 
 AT_REST = 1e-8  # of a gap's parts and of its rate's, within which it is closed, and at rest
+ROUNDING = 1e-12  # of a gap's parts, below which it is closed: what rests on a stop stays there
 INSIDE = 1e-10  # of a gap's parts, by which it may be negative at the start
 DEPENDENT = 1e-12  # of the largest singular value of the rows' directions: with a smaller one they are dependent
 
@@ -117,6 +118,11 @@ class Contacts(Named):
         allowed = [AT_REST * (np.abs(self.rows) @ np.abs(x[self.columns])) for x in (u, v)]
         still = np.abs(self.rows @ v[self.columns]) <= allowed[1]
         return still & (np.abs(self.gaps(u)) <= AT_REST * np.abs(self.gaps0) + allowed[0])
+
+    def closing(self, u: Array, change: Array) -> NDArray[np.bool_]:
+        """Which gaps (d,) are closed at u (m,) of `columns`, or open by rounding alone; change (m,): of u in a step."""
+        parts = np.abs(self.gaps0) + np.abs(self.rows) @ (np.abs(u) + np.abs(change))
+        return np.asarray(self.gaps0 + self.rows @ u <= ROUNDING * parts)
 
     def forces(self, n: int) -> Array:
         """The forces B^T (n, d) of unit reactions."""
