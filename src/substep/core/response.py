@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from .arrays import Array
 from .exports import Histories, History, to_dataset, to_frame
+from .impacts import Impact, Touching, impacts, require_each_step
 from .loads import Load
 from .state import State
 
@@ -138,6 +139,33 @@ class Response:
         """The gap (n+1,) of each contact of the scene, by name; 0 in contact."""
         found = self.scene.gaps(self.t, self.u)
         return {name: found[:, k] for k, name in enumerate(self.scene.info.contacts)}
+
+    @cached_property
+    def impacts(self) -> tuple[Impact, ...]:
+        """The impacts of all contacts in the order of time, from the rows; empty without contacts.
+
+        Of each the step in which it begins, the impulse until the contact opens, the rates of the gap before and after,
+        and the energy lost: see `substep.core.impacts`. `print(*r.impacts, sep="\\n")` has one a line. Raises
+        ValueError for a response that has no row for each step.
+        """
+        if (found := self._contacts_in_rows()) is None:
+            return ()
+        require_each_step(self)
+        return impacts(self, found)
+
+    def _contacts_in_rows(self) -> Touching | None:
+        """The contacts in the rows; None without any."""
+        names, c = self.scene.info.contacts, len(self.scene.info.multipliers)
+        if not names:
+            return None
+        these = slice(c, c + len(names))
+        x, rates, _ = self.scene.drift(self.t, self.u, self.v)
+        along = np.abs(self.scene.directions(self.t, self.u)[:, these])
+        of_u, of_v = (np.einsum("ndk,nk->nd", along, np.abs(y)) for y in (self.u, self.v))
+        pressures = np.column_stack([self.memory[name] for name in names])
+        of = tuple((name, None) for name in names)
+        kept = not self.scene.info.impulsive
+        return Touching(of, pressures, -x[:, these], -rates[:, these], of_u, of_v, -self.energy, kept)
 
     @property
     def energy_dissipated(self) -> Array:

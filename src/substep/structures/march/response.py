@@ -11,12 +11,16 @@ import numpy as np
 from ...core.arrays import Array
 from ...core.errors import unknown_name
 from ...core.exports import Histories, History
+from ...core.impacts import Touching
 from ...core.loads import Load
 from ...core.response import Response
+from ..model.contacts import Contacts
 from ..model.given import Dof
 from ..model.memory import Memory, RememberingForce
 from ..model.model import Model
 from ..model.state_vectors import vectors
+from ..solvers.factorization import factorize
+from ..solvers.matrices import is_identity
 from .spring_histories import SpringHistories
 
 
@@ -126,6 +130,33 @@ class StructureResponse(Response):
         """
         contacts, found = self.structure.contacts, self._touching(1)
         return found if contacts is None else {name: x for name, x in found.items() if name not in contacts.frictions}
+
+    def _contacts_in_rows(self) -> Touching | None:
+        """The contacts in the rows; rates are NaN where not all degrees of freedom were kept, energies without account.
+
+        What is lost is what the account leaves beside loads and damping.
+        """
+        contacts, n = self.structure.contacts, len(self.t)
+        if not isinstance(contacts, Contacts) or self.touched is None or contacts.sliding.all():
+            return None
+        gaps = ~contacts.sliding
+        places = [(name, x) for name, x in contacts.names.items() if name not in contacts.frictions]
+        of = [(name, k) for name, x in places for k in ([None] if isinstance(x, int) else range(x.stop - x.start))]
+        u, v = (self._free(x) for x in (self.u, self.v))
+        rows = contacts.rows[gaps].T
+        of_u, of_v = (np.abs(x[:, contacts.columns]) @ np.abs(rows) for x in (u, v))
+        lost = np.full(n, np.nan) if self.account is None else self.account.numerical + self.account.residual
+        p, gap, gap0 = self.touched[:, 0, gaps], self.touched[:, 1, gaps], contacts.gaps0[gaps]
+        of_u, rates = np.abs(gap0) + np.fmax(of_u, np.abs(gap - gap0)), v[:, contacts.columns] @ rows
+        return Touching(tuple(of), p, gap, rates, of_u, of_v, lost, contacts.remembered)
+
+    def _free(self, x: Array) -> Array:
+        """Rows (n+1, n) of the free degrees of freedom, of those (n+1, k) that were kept; NaN if these are not all."""
+        T = self.structure.T
+        if len(set(self.dofs)) < T.shape[0]:
+            return np.full((len(x), T.shape[1]), np.nan)
+        every = np.asarray(x)[:, np.argsort(self._places)]
+        return every if is_identity(T) else factorize(T.T @ T)(T.T @ every.T).T
 
     def _touching(self, which: int) -> dict[str, Array]:
         """Of contacts the reactions, or the gaps, by name."""
