@@ -247,6 +247,8 @@ def run(
     console.print(table)
     if r.t_failed is not None:
         console.print(f"stopped in the step that ends at t = {r.t_failed:.12g} s; the end is the last good state")
+        if r.failure:
+            console.print(r.failure, highlight=False, soft_wrap=True)
     if warning:
         Console(stderr=True).print(f"warning: {warning}", highlight=False, soft_wrap=True)
     if r.newton_iterations.any():

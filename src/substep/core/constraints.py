@@ -28,6 +28,8 @@ class _Held(Protocol):
     @property
     def name(self) -> str: ...
     @property
+    def coordinates(self) -> tuple[tuple[str, str], ...]: ...
+    @property
     def length(self) -> Any: ...
     def lanes(self, where: slice) -> "_Held": ...
     def acceleration(self, t: Array, u: Array, v: Array, memory: Array | None = None) -> Array: ...
@@ -160,7 +162,7 @@ def require_allowed(scene: _Held, t: float, u: Array, v: Array) -> None:
     G, names = scene.directions(*at[:2])[0], scene.info.multipliers
     c, across = len(names), np.linalg.norm(G, axis=1)
     if c:
-        _require_independent(scene.name, names, G[:c], scene.constrained(*at)[0])
+        _require_independent(scene, names, G[:c], scene.constrained(*at)[0])
     off = x / across, rate / across
     scales = float(scene.length), max(float(np.linalg.norm(v)), float(np.abs(off[1]).max()))
     for what, values, scale in zip("uv", off, scales, strict=True):
@@ -177,19 +179,21 @@ def require_allowed(scene: _Held, t: float, u: Array, v: Array) -> None:
             )
 
 
-def _require_independent(scene: str, names: Sequence[str], G: Array, matrix: Array) -> None:
+def _require_independent(scene: _Held, names: Sequence[str], G: Array, matrix: Array) -> None:
     """Raises ValueError where constraints repeat each other, or leave a coordinate without mass free."""
     *_, values, rows = np.linalg.svd(G.T, full_matrices=True)
     rank = int((values > DEPENDENT * values[0]).sum()) if values[0] > 0.0 else 0
     if rank < len(names):
         involved = [name for name, x in zip(names, rows[rank], strict=True) if abs(x) > 1e-6]
         raise ValueError(
-            f"expected independent constraints of {scene}, got {rank} independent of {len(names)} at the start: "
+            f"expected independent constraints of {scene.name}, got {rank} independent of {len(names)} at the start: "
             f"{', '.join(involved)} repeat each other there; leave one out, or start elsewhere"
         )
     if np.linalg.matrix_rank(matrix) < len(matrix):
+        free = np.abs(np.linalg.svd(matrix)[2][-1, : len(scene.coordinates)])
         raise ValueError(
-            f"expected a mass for each coordinate of {scene} that constraints leave free, got one without; give it one"
+            f"expected a mass for each coordinate of {scene.name} that constraints leave free, got none for "
+            f"'{scene.coordinates[int(free.argmax())][0]}'; give it one"
         )
 
 

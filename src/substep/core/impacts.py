@@ -1,18 +1,30 @@
 """Impacts of contacts in a run, from its rows: when each begins and ends, its impulse, velocities, and energy."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import Array
 
-if TYPE_CHECKING:
-    from .response import Response
-
 ROUNDING = 64 * np.finfo(np.float64).eps  # of the coordinates that a gap is made of: a smaller gap is not open
 AT_REST = 1e-8  # of the velocities that the rate of a gap is made of: what closes no faster does not hit
+
+
+class _Run(Protocol):
+    """A response, as far as it is asked about its steps: see `substep.core.response.Response`."""
+
+    @property
+    def t(self) -> Any: ...
+    @property
+    def step(self) -> float: ...
+    @property
+    def newton_iterations(self) -> NDArray[np.int64]: ...
+    @property
+    def statistics(self) -> Any: ...
+    @property
+    def t_events(self) -> Array | None: ...
 
 
 class Impact(NamedTuple):
@@ -64,7 +76,7 @@ class Touching:
     remembered: bool
 
 
-def require_each_step(r: "Response") -> None:
+def require_each_step(r: _Run) -> None:
     """Raises ValueError for a response without the row of each step, of which an impulse is the sum."""
     sampled = r.statistics is None and r.step != r.step
     if len(r.newton_iterations) == len(r.t) - 1 and not sampled:
@@ -77,7 +89,7 @@ def require_each_step(r: "Response") -> None:
     )
 
 
-def impacts(r: "Response", of: Touching) -> tuple[Impact, ...]:
+def impacts(r: _Run, of: Touching) -> tuple[Impact, ...]:
     """The impacts in the rows of a run, in the order of time.
 
     One begins in the step in which a pressure appears where the gap was open, or is closed by the velocity of the

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from .arrays import Array
 from .exports import Histories, History, to_dataset, to_frame
+from .fighting import Acting, ending, of_scene, reason
 from .impacts import Impact, Touching, impacts, require_each_step
 from .loads import Load
 from .state import State
@@ -105,6 +106,34 @@ class Response:
         u, v, a = self._last_row
         memory = {name: x[-1] if x.ndim > 1 else float(x[-1]) for name, x in self.memory.items()}
         return State(float(self.t[-1]), u, v, a, memory=memory)
+
+    @cached_property
+    def failure(self) -> str:
+        """Why the march has no step to t_failed: which contacts, frictions or masses, and the cure; "" where completed.
+
+        It is looked for at the last row: see `substep.core.fighting`.
+        """
+        if self.status not in ("newton_failed", "step_too_small") or self.t_failed is None:
+            return ""
+        why = ""
+        with suppress(np.linalg.LinAlgError):  # of a last row that is beyond all bounds
+            acting = self._acting()
+            why = (acting and reason(acting)) or self._ending()
+        default = "take a smaller step" if self.status == "newton_failed" else "allow a smaller step, or a larger tol"
+        return f"the step to t = {self.t_failed:.6g} s was not solved: {why or default}"
+
+    def _acting(self) -> Acting | None:
+        """The contacts and frictions in the step that failed; None without any."""
+        return of_scene(self)
+
+    def _ending(self) -> str:
+        """Which mass is about to be singular, in words."""
+        return ending(self)
+
+    @property
+    def last_memory(self) -> tuple[Array, ...]:
+        """What laws remember in the last row (1, k), as a last argument of the scene's functions."""
+        return self._remembered(slice(-1, None))
 
     @cached_property
     def jump(self) -> Array:
@@ -329,5 +358,6 @@ class Response:
         return f", a starts {jump:.3g} from the equation of motion" if jump > 1e-6 * float(np.abs(self.a).max()) else ""
 
     def __repr__(self) -> str:
-        end = f"{len(self.t)} rows to t = {self.t[-1]:.6g} s, {self._pace}{self.status}{self._jumped}"
+        why = f"; {self.failure}" if self.failure else ""
+        end = f"{len(self.t)} rows to t = {self.t[-1]:.6g} s, {self._pace}{self.status}{self._jumped}{why}"
         return f"{type(self).__name__}({self.scheme} on {self.scene}, {end})"

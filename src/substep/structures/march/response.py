@@ -11,6 +11,7 @@ import numpy as np
 from ...core.arrays import Array
 from ...core.errors import unknown_name
 from ...core.exports import Histories, History
+from ...core.fighting import TOUCHES, Acting
 from ...core.impacts import Touching
 from ...core.loads import Load
 from ...core.response import Response
@@ -149,6 +150,28 @@ class StructureResponse(Response):
         p, gap, gap0 = self.touched[:, 0, gaps], self.touched[:, 1, gaps], contacts.gaps0[gaps]
         of_u, rates = np.abs(gap0) + np.fmax(of_u, np.abs(gap - gap0)), v[:, contacts.columns] @ rows
         return Touching(tuple(of), p, gap, rates, of_u, of_v, lost, contacts.remembered)
+
+    def _acting(self) -> Acting | None:
+        """The contacts and frictions in the step that failed, as far as the degrees of freedom were kept."""
+        contacts, found = self.structure.contacts, self._contacts_in_rows()
+        if not isinstance(contacts, Contacts) or found is None or self.t_failed is None or contacts.remembered:
+            return None
+        d, h, named = len(found.contacts), self.t_failed - float(self.t[-1]), self.structure.named
+        ahead = np.fmin(found.gaps[-1], found.gaps[-1] + h * found.rates[-1])
+        touches = np.flatnonzero(ahead <= TOUCHES * found.u_parts.max(axis=0))
+        v = self._free(self.v)[-1][contacts.columns]
+        rates = contacts.rows[d:] @ v
+        slides = np.where(np.abs(rates) > TOUCHES * (np.abs(contacts.rows[d:]) @ np.abs(v)), rates, 0.0)
+        at = [*touches.tolist(), *range(d, contacts.size)]
+        mobility = contacts.rows @ self.structure.pushed[contacts.columns]
+        return Acting(
+            [contacts.name_of(k) for k in touches], [contacts.name_of(k) for k in range(d, contacts.size)],
+            [", ".join(named(int(contacts.columns[j])) for j in np.flatnonzero(contacts.rows[k])) for k in touches],
+            mobility[np.ix_(at, at)], contacts.shares[:, touches], slides,
+        )  # fmt: skip
+
+    def _ending(self) -> str:
+        return ""
 
     def _free(self, x: Array) -> Array:
         """Rows (n+1, n) of the free degrees of freedom, of those (n+1, k) that were kept; NaN if these are not all."""
