@@ -52,6 +52,17 @@ def test_the_painleve_rod_is_named_beyond_its_coefficient_of_friction_and_slides
 
 
 @pytest.mark.usefixtures("uncompiled")
+def test_a_rod_that_slides_is_not_lost_where_its_rate_says_which_way() -> None:
+    """A pressure that is 0 but for rounding leaves friction without a direction, which the rate has."""
+    start = {x: 0, y: sin(Rational(3, 2)), phi: Rational(3, 2), rate(x): -5, rate(y): 0, rate(phi): 0}
+    upright = ss.scene(replace(rod(None), name="upright_rod", start=start), mu=1.5)
+    for dt in (1e-3, 1e-4):
+        r = ss.march(upright, "average_acceleration", dt=dt, t_end=0.22)
+        assert (r.status, r.failure) == ("completed", "")
+        assert np.allclose(np.abs(r.memory["drag"]), 1.5 * r.memory["floor"], rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.usefixtures("uncompiled")
 def test_chosen_steps_name_the_painleve_rod_too() -> None:
     r = ss.march(ss.scene(rod(0), mu=2), "average_acceleration", tol=1e-4, t_end=0.1)
     assert r.status == "step_too_small"

@@ -220,8 +220,11 @@ def _rows(w: Writer, k: int, stage: Stage, to: Moving, u: Moving, v: Moving, mea
         without = limit.subs(dict.fromkeys(pressures, 0))
         most = (limit - without).expand().subs(pressures) + strength * without
         most = held.at(Matrix([most]), list(place), list(speed), when)[0]
+        most = (
+            larger(most, Integer(0)) if most.has(*unknown) else most
+        )  # a pressure that is to become 0 may be below it
         low, high = (moves[j] * (unknown[j] + sign * most) for sign in (-1, 1))
-        found.append(larger(low, smaller(-rates[j] / c_v, high)))
+        found.append(larger(smaller(-rates[j] / c_v, high), low))  # where nothing presses, the rate says which
     return Matrix(found)
 
 
