@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from substep_derive import DeclarationError, Scene, rate
+from substep_derive import Contact, DeclarationError, Friction, Scene, optional, rate
 from substep_derive.declare.scenes import impact
-from sympy import Symbol
+from sympy import Rational, Symbol
 from test_constraints import TAKEN, VERIFY
 
 import substep as ss
@@ -167,6 +167,52 @@ def test_lanes_are_single_runs_and_a_run_goes_on() -> None:
     scene = ss.scene("two_masses_on_floor", g=10.0)
     whole, first = (ss.march(scene, "bdf2", dt=0.01, t_end=t) for t in (1.0, 0.4))
     assert np.array_equal(ss.march(scene, "bdf2", dt=0.01, t_end=1.0, start=first).u, whole.u[40:])
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("name", ["average_acceleration", "bathe", "rk4", "central_difference", "energy_momentum"])
+def test_a_penalty_is_an_elastic_stop_for_every_scheme(name: str) -> None:
+    """A ball falls on one: half a period of the spring about where that bears the weight, at 1400 N and the speed."""
+    stiff, g = 10000, 9.81
+    ball = Scene(
+        "penalised", coordinates={u: "m"}, kinetic=v**2 / 2, potential=g * u,
+        contacts={"floor": Contact(u, penalty=Symbol("k"))}, parameters=(optional(Symbol("k"), stiff),),
+        start={u: 0, v: -2}, length=1,
+    )  # fmt: skip
+    omega, rest = np.sqrt(stiff), -g / stiff
+    end = 2 * (np.pi / 2 + np.arctan(g / (2 * omega))) / omega  # when it leaves, as it came
+    r = ss.march(ss.scene(ball), name, dt=end / 400, t_end=end)
+    assert r.v[-1, 0] == pytest.approx(2.0, rel=1e-3)
+    assert r.outputs["floor"].max() == pytest.approx(stiff * (np.hypot(2 / omega, rest) - rest), rel=1e-3)
+    assert r.energy == pytest.approx(2.0, rel=1e-3)
+    assert not r.gaps and not r.multipliers and not r.impacts  # of rigid stops and constraints
+
+
+@pytest.mark.usefixtures("uncompiled")
+def test_friction_is_bounded_by_the_pressure_of_a_penalty() -> None:
+    x, y = Symbol("x"), Symbol("y")
+    block = Scene(
+        "penalised_block", coordinates={x: "m", y: "m"}, kinetic=(rate(x) ** 2 + rate(y) ** 2) / 2, potential=9.81 * y,
+        contacts={"floor": Contact(y, penalty=10**5)},
+        frictions={"drag": Friction(x, Symbol("floor") * Rational(3, 10))},
+        parameters=(), start={x: 0, y: -9.81e-5, rate(x): 3, rate(y): 0}, length=1,
+    )  # fmt: skip
+    r = ss.march(ss.scene(block), "average_acceleration", dt=1e-3, t_end=1.5)
+    assert r.u[-1, 0] == pytest.approx(3**2 / (2 * 0.3 * 9.81), abs=1e-4)
+    assert np.allclose(r.outputs["floor"], 9.81, rtol=0.0, atol=1e-6)
+
+
+def test_penalties_that_mean_nothing_are_refused() -> None:
+    with pytest.raises(DeclarationError, match="penalty above 0 of a contact, got -1"):
+        Contact(u, penalty=-1)
+    for more in ({"restitution": 0}, {"remembered": True}):
+        with pytest.raises(DeclarationError, match="without restitution and remembered=True, got both"):
+            Contact(u, penalty=1, **more)
+    with pytest.raises(DeclarationError, match="got 'floor' twice"):
+        Scene(
+            "named_twice", coordinates={u: "m"}, kinetic=v**2 / 2, potential=u, parameters=(), start={u: 1, v: 0},
+            length=1, contacts={"floor": Contact(u, penalty=1)}, outputs={"floor": u},
+        )  # fmt: skip
 
 
 def test_bad_starts_and_declarations_are_refused() -> None:

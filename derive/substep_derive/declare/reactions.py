@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from sympy import Expr, Symbol, sympify
 
 from .errors import DeclarationError
+from .potentials import negative_part
 
 LEVELS = ("position", "velocity")
 
@@ -47,15 +48,36 @@ class Contact:
 
     remembered: whether the acceleration that a scheme keeps for its next step holds that of the pressure. If it does
     not, an impact acts in its own step alone.
+
+    penalty: the stiffness of an elastic stop, a positive number or an expression of the scene's parameters. The gap
+    may then close beyond 0, under a pressure of -penalty*gap, which a `Scene` has as a part of its potential and as an
+    output by the contact's name. Raises DeclarationError beside what speaks of a rigid stop.
     """
 
     gap: Expr
     restitution: Expr | None = None
     remembered: bool = False
+    penalty: Expr | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "gap", sympify(self.gap))
-        object.__setattr__(self, "restitution", None if self.restitution is None else sympify(self.restitution))
+        for name in ("gap", "restitution", "penalty"):
+            given = getattr(self, name)
+            object.__setattr__(self, name, None if given is None else sympify(given))
+        if self.penalty is not None and (self.restitution is not None or self.remembered):
+            raise DeclarationError(
+                "expected a contact with a penalty, an elastic stop, without restitution and remembered=True, got "
+                "both; leave one out"
+            )
+        if self.penalty is not None and self.penalty.is_number and not self.penalty > 0:
+            raise DeclarationError(
+                f"expected a penalty above 0 of a contact, got {self.penalty}; it is the stiffness of the stop"
+            )
+
+    @property
+    def elastic(self) -> tuple[Expr, Expr]:
+        """The potential and the pressure of one with a penalty."""
+        inside = negative_part(self.gap)
+        return sympify(self.penalty) * inside**2 / 2, -sympify(self.penalty) * inside
 
     def renamed(self, names: Mapping[Symbol, Expr]) -> "Contact":
         """The same with other names of parameters."""

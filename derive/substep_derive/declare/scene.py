@@ -10,6 +10,7 @@ from typing import Any
 
 from sympy import Expr, Interval, S, Symbol, sympify
 
+from .errors import DeclarationError
 from .law import Element
 from .names import printed
 from .parameter import POSITIVE, Parameter
@@ -79,7 +80,29 @@ class Scene:
         for of, name in ((Constraint, "constraints"), (Contact, "contacts")):
             given = {key: x if isinstance(x, of) else of(x) for key, x in getattr(self, name).items()}
             object.__setattr__(self, name, given)
+        self._make_elastic()
         check(self)
+
+    def _make_elastic(self) -> None:
+        """Take contacts with a penalty as what they are, parts of the potential, with their pressures as outputs."""
+        elastic = {name: x.elastic for name, x in self.contacts.items() if x.penalty is not None}
+        if not elastic:
+            return
+        if twice := [name for name in elastic if name in self.outputs]:
+            raise DeclarationError(
+                f"{self.name}: expected names of outputs that no contact with a penalty has, whose pressure is one, "
+                f"got '{twice[0]}' twice; rename one"
+            )
+        pressures = {name: pressure for name, (_, pressure) in elastic.items()}
+        by_symbol = {Symbol(name): pressure for name, pressure in pressures.items()}
+        made = {
+            "potential": self.potential + sum(potential for potential, _ in elastic.values()),
+            "outputs": {**self.outputs, **pressures},
+            "contacts": {name: x for name, x in self.contacts.items() if name not in elastic},
+            "frictions": {name: x.renamed(by_symbol) for name, x in self.frictions.items()},
+        }
+        for name, value in made.items():
+            object.__setattr__(self, name, value)
 
     def __hash__(self) -> int:
         return hash((self.name, self.kinetic, self.potential, self.parameters))

@@ -158,16 +158,21 @@ class Response:
     def multipliers(self) -> Mapping[str, Array]:
         """The multiplier (n+1,) of each constraint of the scene, by name, from the equations of motion at u, v and t.
 
-        It is as accurate as u and v, also where the scheme's own one, in `memory`, is of lower order.
+        It is as accurate as u and v, also where the scheme's own one, in `memory`, is of lower order. Empty where there
+        are no constraints.
         """
+        if not (names := self.scene.info.multipliers):
+            return {}
         found = self.scene.multipliers(self.t, self.u, self.v, *self._remembered(slice(None)))
-        return {name: found[:, k] for k, name in enumerate(self.scene.info.multipliers)}
+        return {name: found[:, k] for k, name in enumerate(names)}
 
     @property
     def gaps(self) -> Mapping[str, Array]:
-        """The gap (n+1,) of each contact of the scene, by name; 0 in contact."""
+        """The gap (n+1,) of each contact of the scene, by name; 0 in contact. Empty without contacts."""
+        if not (names := self.scene.info.contacts):
+            return {}
         found = self.scene.gaps(self.t, self.u)
-        return {name: found[:, k] for k, name in enumerate(self.scene.info.contacts)}
+        return {name: found[:, k] for k, name in enumerate(names)}
 
     @cached_property
     def impacts(self) -> tuple[Impact, ...]:
