@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from declared import BY_NAME
 from scipy.integrate import solve_ivp
+from scipy.special import ellipk
 from substep_derive import Contact, DeclarationError, Friction, Scene, rate
 from substep_derive.step.step import Step
 from substep_derive.step.times import impulses_last
-from sympy import Rational, Symbol
+from sympy import Rational, Symbol, sqrt
 from test_constraints import TAKEN, VERIFY
 from test_contact import H, bathe, newmark
 
@@ -126,6 +127,24 @@ def test_what_rests_stays_in_central_differences(restitution: Any) -> None:
     r = ss.march(falling, "central_difference", dt=0.001, t_end=3.0)
     assert r.u.min() > -10 * 0.001**2
     assert abs(r.u[-1, 0]) < 10 * 0.001**2
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("name", ["average_acceleration", "generalized_alpha", "central_difference"])
+def test_a_pendulum_swings_against_a_wall(name: str) -> None:
+    """Its rod is a constraint: it meets the wall below its pivot after a quarter of its period, and then every half."""
+    x, y = Symbol("x"), Symbol("y")
+    scene = Scene(
+        "pendulum_at_a_wall", coordinates={x: "m", y: "m"}, kinetic=(rate(x) ** 2 + rate(y) ** 2) / 2,
+        potential=10 * y, constraints={"rod": (x**2 + y**2 - 1) / 2}, contacts={"wall": Contact(x, 1)},
+        parameters=(), start={x: sqrt(3) / 2, y: -Rational(1, 2), rate(x): 0, rate(y): 0}, length=1,
+    )  # fmt: skip
+    quarter = ellipk(np.sin(np.pi / 6) ** 2) / np.sqrt(10)
+    r = ss.march(ss.scene(scene), name, dt=2e-3, t_end=3.0)
+    assert np.allclose([x.t for x in r.impacts], quarter * np.array([1, 3, 5]), rtol=0.0, atol=6e-3)
+    assert np.allclose((r.u**2).sum(axis=1), 1.0, rtol=0.0, atol=1e-14)
+    assert r.gaps["wall"].min() > -2e-3 * np.sqrt(10)
+    assert r.energy[-1] == pytest.approx(-5.0, abs=1e-4 if name == "central_difference" else 0.3)
 
 
 @pytest.mark.usefixtures("uncompiled")

@@ -182,7 +182,7 @@ def bar(n: int, gap: float, **more: Any) -> ss.Structure:
     M = sparse.diags_array(np.r_[0.5, np.ones(n - 1), 0.5] * 10.0 / n).tocsr()
     floor = {"floor": ({0: 1.0}, gap)}
     K = sparse.diags_array(stiffness, offsets=(0, 1, -1)).tocsr()
-    return ss.structure(M, K, v0=-10.0, contacts=floor, **more)
+    return ss.structure(M, K, contacts=floor, **{"v0": -10.0, **more})
 
 
 @pytest.mark.parametrize("n", [100, 200] if VERIFY else [100])
@@ -206,6 +206,22 @@ def test_a_bar_meets_a_floor(n: int) -> None:
         assert r.account is not None
         assert r.account.numerical[-1] == pytest.approx(500.0 - r.energy[-1], abs=1e-6)
         assert np.allclose(r.gaps["floor"], gap + r.u[:, 0], rtol=0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("phase", np.arange(32) / 32 if VERIFY else [0.0, 0.6])
+@pytest.mark.parametrize("name", ["average_acceleration", "central_difference"])
+def test_a_bar_bounces_under_gravity_and_never_gains(name: str, phase: float) -> None:
+    """Dropped from rest, 5 above the floor, with g = 10 (Doyen, Ern & Piperno 2011): it meets the floor after 1 s."""
+    n = 50
+    h = 0.9 * 10.0 / n / 30.0
+    weights = -10.0 * np.r_[0.5, np.ones(n - 1), 0.5] * 10.0 / n
+    dropped = bar(n, 5.0 + 10.0 * h * phase, load=(weights, np.ones_like), v0=0.0)
+    r = ss.march(dropped, name, dt=h, t_end=h * round(10.0 / h), dofs=[0, n])
+    assert r.account is not None
+    assert r.account.numerical.min() > -1e-9
+    assert r.account.numerical[-1] < 0.1 * 500.0  # of four impacts
+    assert r.impacts[0].t == pytest.approx(np.sqrt(1.0 + 2.0 * h * phase), abs=1.5 * h)
+    assert len([x for x in r.impacts if x.impulse > 50.0]) == 4
 
 
 @pytest.mark.usefixtures("uncompiled")
