@@ -11,6 +11,7 @@ from ..declare.names import printed
 from ..declare.parameter import Parameter
 from ..declare.symbols import sampled, t
 from ..motion.equations import EquationsOfMotion
+from ..motion.powers import powers
 from .index import domain_text, number, numpy_for
 from .law_functions import law_functions
 from .printing import ArrayPrinter, block, docstring, fill, literal_tuple, with_banner
@@ -20,6 +21,7 @@ from .templates.scheme import BANNER
 CONSTRAINED = "Matrix, row by row, and right side of the equations for acceleration and multipliers."
 DRIFT = "What constraints keep at 0, minus gaps, what slides; first derivatives; second without accelerations."
 DIRECTIONS = "Their derivatives by the coordinates, row by row."
+POWERS = "The powers of these, W, and where it is there what the energy of the frame is, J."
 COMMIT = "What laws remember once it is committed at a displacement, `elapsed` s after that given."
 
 
@@ -64,6 +66,9 @@ def scene_module(motion: EquationsOfMotion) -> str:
         functions.append(
             _function("acceleration", values, "Acceleration from the equation of motion.", motion, acceleration)
         )
+    if given := powers(motion):
+        function = _function("powers", values, POWERS, motion, list(given.values()))
+        functions.append(f"\n\nPOWERS = {literal_tuple(map(repr, given))}\n{function}")
     if motion.angular_momentum is not None:
         text = "Angular momentum about the pivot, in kg m^2/s."
         functions.append(_function("angular_momentum", values, text, motion, motion.angular_momentum))

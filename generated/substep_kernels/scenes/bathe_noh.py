@@ -33,3 +33,14 @@ def acceleration(k1_, k2_, omega_p_, t, displacement, velocity):
     value_0 = -k1_*u2_ + k1_*np.sin(omega_p_*t) - x0
     value_1 = x0
     return np.stack(np.broadcast_arrays(value_0, value_1, displacement[..., 0])[:-1], axis=-1)
+
+
+POWERS = ('time',)
+
+
+def powers(k1_, k2_, omega_p_, t, displacement, velocity):
+    """The powers of these, W, and where it is there what the energy of the frame is, J."""
+    u2_ = displacement[..., 0]
+    x0 = omega_p_*t
+    value = -k1_*omega_p_*(u2_ - np.sin(x0))*np.cos(x0)
+    return np.stack(np.broadcast_arrays(value, displacement[..., 0])[:-1], axis=-1)

@@ -37,6 +37,17 @@ def acceleration(omega_, xi_, strength_, hardening_, u0_, v0_, t, displacement, 
     return np.stack(np.broadcast_arrays(value, displacement[..., 0])[:-1], axis=-1)
 
 
+POWERS = ('dissipation', 'load',)
+
+
+def powers(omega_, xi_, strength_, hardening_, u0_, v0_, t, displacement, velocity, memory, f):
+    """The powers of these, W, and where it is there what the energy of the frame is, J."""
+    u_dot_ = velocity[..., 0]
+    value_0 = -2*omega_*u_dot_**2*xi_
+    value_1 = f*u_dot_
+    return np.stack(np.broadcast_arrays(value_0, value_1, displacement[..., 0])[:-1], axis=-1)
+
+
 def force(omega_, xi_, strength_, hardening_, u0_, v0_, t, displacement, velocity, memory, f):
     """Force."""
     u_ = displacement[..., 0]

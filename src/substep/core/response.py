@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
@@ -212,6 +213,40 @@ class Response:
                 "expected a scene whose laws dissipate energy, such as hysteretic_oscillator; this one has none"
             )
         return self.memory["dissipated"]
+
+    @cached_property
+    def powers(self) -> Mapping[str, Array]:
+        """The power (n+1,), W, of what gives energy to the scene or takes it, by name: only of what is there.
+
+        dissipation, forces and load as they are declared; time, of energies that hold it; constraints, by their
+        multipliers, which is 0 but for the scheme's error unless they move.
+        """
+        rows = self._remembered(slice(None))
+        found = {name: x for name, x in self.scene.powers(self.t, self.u, self.v, *rows).items() if name != "frame"}
+        if names := self.scene.info.multipliers:
+            along = np.einsum("ncd,nd->nc", self.scene.directions(self.t, self.u)[:, : len(names)], self.v)
+            found["constraints"] = -(np.column_stack(list(self.multipliers.values())) * along).sum(axis=1)
+        return found
+
+    @cached_property
+    def numerical(self) -> Array:
+        """The energy (n+1,), J, that the scheme itself has dissipated so far: what no power and no law accounts for.
+
+        The powers are added up by Simpson's rule over the rows, whose error is in it too. Raises ValueError for a scene
+        with contacts or friction, whose reactions act within a step: `impacts` says what each of them takes.
+        """
+        if acting := (*self.scene.info.contacts, *self.scene.info.frictions):
+            raise ValueError(
+                f"expected a scene without contacts and friction for the energy that the scheme dissipates, got "
+                f"{', '.join(acting)}, which act within a step; r.impacts says what each impact takes"
+            )
+        frame = self.scene.powers(self.t, self.u, self.v, *self._remembered(slice(None))).get("frame", 0.0)
+        own = self.energy - frame + (self.energy_dissipated if "dissipated" in self.memory else 0.0)
+        power = sum(self.powers.values(), np.zeros(len(self.t)))
+        if len(self.t) < 3:  # as Simpson's rule needs
+            return own[0] - own + np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * np.diff(self.t))])
+        integrate: Any = import_module("scipy.integrate")  # slow to import
+        return own[0] - own + np.asarray(integrate.cumulative_simpson(power, x=self.t, initial=0.0))
 
     def _remembered(self, rows: slice) -> tuple[Array, ...]:
         """Some rows of what laws remember, as a last argument of the scene's functions; nothing where there is none."""

@@ -189,6 +189,16 @@ class Scene:
         """Angular momentum (...,) about the pivot; None for a scene without one."""
         return self._evaluate("angular_momentum", t, u, v) if self.info.angular_momentum else None
 
+    def powers(self, t: Array, u: Array, v: Array, memory: Array | None = None) -> dict[str, Array]:
+        """The power (...,) of what gives energy to it or takes it, by name, W: see `Response.powers`.
+
+        Beside them `frame`, J, of a kinetic energy that holds time: what its energy is beyond the one that they change.
+        """
+        if not hasattr(self.module, "powers"):
+            return {}
+        found = self._evaluate("powers", t, u, v, self.forces(t), memory=memory)
+        return {name: found[..., k] for k, name in enumerate(self.module.POWERS)}
+
     def outputs(self, t: Array, u: Array, v: Array, memory: Array | None = None) -> dict[str, Array]:
         """The scene's named outputs, each (...,)."""
         return {name: self._evaluate(name, t, u, v, memory=memory) for name in self.info.outputs}
