@@ -208,60 +208,6 @@ def test_a_bar_meets_a_floor(n: int) -> None:
         assert np.allclose(r.gaps["floor"], gap + r.u[:, 0], rtol=0.0, atol=1e-12)
 
 
-@pytest.mark.parametrize("phase", np.arange(32) / 32 if VERIFY else [0.0, 0.6])
-@pytest.mark.parametrize("name", ["average_acceleration", "central_difference"])
-def test_a_bar_bounces_under_gravity_and_never_gains(name: str, phase: float) -> None:
-    """Dropped from rest, 5 above the floor, with g = 10 (Doyen, Ern & Piperno 2011): it meets the floor after 1 s."""
-    n = 50
-    h = 0.9 * 10.0 / n / 30.0
-    weights = -10.0 * np.r_[0.5, np.ones(n - 1), 0.5] * 10.0 / n
-    dropped = bar(n, 5.0 + 10.0 * h * phase, load=(weights, np.ones_like), v0=0.0)
-    r = ss.march(dropped, name, dt=h, t_end=h * round(10.0 / h), dofs=[0, n])
-    assert r.account is not None
-    assert r.account.numerical.min() > -1e-9
-    assert r.account.numerical[-1] < 0.1 * 500.0  # of four impacts
-    assert r.impacts[0].t == pytest.approx(np.sqrt(1.0 + 2.0 * h * phase), abs=1.5 * h)
-    assert len([x for x in r.impacts if x.impulse > 50.0]) == 4
-
-
-@pytest.mark.usefixtures("uncompiled")
-@pytest.mark.parametrize("name", ["average_acceleration", "central_difference"])
-def test_what_rests_under_restitution_stays_closed(name: str) -> None:
-    """Two bodies on each other: whether a gap that is 0 closes does not hang on the rounding of its last digit."""
-    contacts = {"floor": Contact(x, 0.5), "bodies": Contact(y - x - 0.3, 0.5)}
-    scene = Scene(
-        "stack", coordinates={x: "m", y: "m"}, kinetic=(rate(x) ** 2 + 2 * rate(y) ** 2) / 2,
-        potential=9.81 * (x + 2 * y), contacts=contacts, parameters=(), start={x: 0, y: 0.3, rate(x): 0, rate(y): 0},
-        length=1,
-    )  # fmt: skip
-    stack = ss.structure(
-        np.diag([1.0, 2.0]), np.zeros((2, 2)), load=([-9.81, -19.62], np.ones_like), u0=[0.0, 0.3],
-        contacts={"floor": ({0: 1.0}, 0.0), "bodies": ({0: -1.0, 1: 1.0}, -0.3)}, restitution=0.5,
-    )  # fmt: skip
-    for r in (ss.march(ss.scene(scene), name, dt=0.01, t_end=2.0), ss.march(stack, name, dt=0.01, t_end=2.0)):
-        assert np.abs(r.u - [0.0, 0.3]).max() < 1e-12
-        assert np.allclose(r.memory["floor"][1:], 3 * 9.81, rtol=0.0, atol=1e-9)
-        assert np.allclose(r.memory["bodies"][1:], 2 * 9.81, rtol=0.0, atol=1e-9)
-
-
-@pytest.mark.parametrize("restitution", [None, 0.0])
-@pytest.mark.parametrize("courant", [0.5, 0.9])
-def test_central_differences_hold_the_bar_without_energy_and_without_noise(
-    restitution: float | None, courant: float
-) -> None:
-    """Doyen, Ern & Piperno (2011): the pressure is 300; what an explicit scheme holds is its next displacement."""
-    n, gap = 100, 5.0
-    h = courant * 10.0 / n / 30.0
-    struck = bar(n, gap) if restitution is None else bar(n, gap, restitution=restitution)
-    r = ss.march(struck, "central_difference", dt=h, t_end=h * round(1.25 / h), dofs=[0, n])
-    held = (r.t > 0.55) & (r.t < 1.1)
-    assert r.energy.max() <= 500.0 * (1.0 + 1e-9)
-    assert r.energy[-1] > 500.0 * (1 - 2 / n)  # the node at the floor loses its own, of two steps where it is entered
-    assert r.memory["floor"][held].mean() == pytest.approx(300.0, rel=1e-4)
-    assert r.memory["floor"][held].std() < 1.0
-    assert r.gaps["floor"].min() >= (-1e-12 if restitution is None else -10.0 * h)  # held itself, or by its rate
-
-
 def test_schemes_take_contacts_as_they_do_on_scenes() -> None:
     """Those that scenes take; with restitution those that keep the velocity that an impact leaves."""
     known = [name for name in ss.schemes() if not ss.scheme(name).info.together]
