@@ -11,7 +11,7 @@ from rich.table import Column, Table
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ..studies.failures import Row
+    from ..studies.failures import BarRow, Row
 
 console = Console()
 
@@ -24,9 +24,11 @@ def failures(
     from ..studies import failures as battery  # noqa: PLC0415
 
     found: list[Row] = []
+    fallen: list[BarRow] = []
 
-    def step(rows: "list[Row]") -> None:
-        found.extend(rows)
+    def step(rows: "list[Row] | list[BarRow]") -> None:
+        found.extend(row for row in rows if isinstance(row, battery.Row))
+        fallen.extend(row for row in rows if isinstance(row, battery.BarRow))
         progress.advance(task)
 
     try:
@@ -35,6 +37,8 @@ def failures(
             battery.battery(folder, step, full)
     finally:  # what was found before Ctrl-C is printed too
         _print_failures(found)
+    if fallen:
+        console.print(f"A bar that falls on a floor: {battery.summary(fallen)}", soft_wrap=True)
     console.print(f"tables and maps are in {folder.resolve()}")
 
 
