@@ -2,6 +2,7 @@
 
 import csv
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,9 +12,12 @@ import numpy as np
 import pytest
 from test_constraints import TAKEN, VERIFY
 from test_structure_contacts import bar
+from typer.testing import CliRunner
 
 import substep as ss
+from substep.cli.commands import app
 from substep.structures.model.contacts import Contacts
+from substep.studies import failures
 from substep.studies.failures import impact_bar, impact_map
 from substep.studies.failures.impact_bar import COURANT, FULL_SIZE, LAWS, BarRow, Pair, fall, never_gain, row
 
@@ -174,6 +178,17 @@ def test_the_map_is_written_and_drawn(tmp_path: Path) -> None:
     with (tmp_path / "contact_map.csv").open(encoding="utf-8", newline="") as file:
         written = list(csv.DictReader(file))
     assert [(one["law"], one["courant"]) for one in written] == [(one.law, str(one.courant)) for one in rows]
+
+
+def test_the_command_says_what_never_gains(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def battery(folder: Path, step: Callable[[list[BarRow]], object], full: bool) -> None:
+        step([replace(ROW, courant=courant) for courant in COURANT])
+
+    monkeypatch.setattr(failures, "battery", battery)
+    result = CliRunner().invoke(app, ["failures", "--folder", str(tmp_path)])
+    assert result.exit_code == 0
+    assert "never gain energy (20 elements, 8 phases, Courant numbers 0.5, 0.9, 2.0)" in result.output
+    assert "bdf2 with impulse (the pressure scatters by 1 %, and 2 % is lost)" in result.output
 
 
 def numbers(cell: str) -> tuple[list[str], float, float]:
