@@ -32,7 +32,7 @@ from ..declare.symbols import N, h, kind_of, knot, knot_of, successor
 from ..motion.components import Assignments, Writer, assign
 from ..motion.equations import EquationsOfMotion, solved
 from ..step.step import Stage, Step
-from ..step.times import impulses, impulses_last, instants_of, moved
+from ..step.times import drift_at_rest, impulses, impulses_last, instants_of, moved
 
 ROUNDING = Rational(1, 10**12)  # of a scene's length: a smaller gap is closed, so that what rests on a stop stays there
 
@@ -158,6 +158,12 @@ def _require_holding(scheme: Scheme, asked: Asked) -> Prescribed | None:
         raise DeclarationError(
             f"{scheme.name} does not keep the velocity that an impact leaves: expected one that is the same a step "
             "later, of which restitution is a share; take a scheme of one balance, such as average_acceleration"
+        )
+    if asked.restitution and not later and len(step.stages) == 1 and drift_at_rest(step).subs(scheme.typical) < 0:
+        raise DeclarationError(
+            f"{scheme.name} lets what rests on a stop with restitution sink into it, by "
+            f"{-float(drift_at_rest(step).subs(scheme.typical)):.3g} dt^2 times the acceleration that is held in each "
+            "step: expected one that stays, as those with gamma = 2 beta; take average_acceleration"
         )
     last, _ = moved(step, step.stages[-1])
     if last in step.state and (asked.velocities or not found):

@@ -144,6 +144,20 @@ def impulses_last(step: Step) -> bool:
     return all(change == 0 for change in changes)
 
 
+def drift_at_rest(step: Step) -> Expr:
+    """The displacement of a step in which a reaction that is not remembered holds the velocity at 0.
+
+    In units of h^2 times the constant acceleration of a force against the stop: (2 beta - gamma)/(2 gamma) in Newmark's
+    family. What rests on a stop sinks into it where this is negative, and is lifted, to fall again, where positive. Of
+    a step with one balance.
+    """
+    kept = {s: [Integer(0), Integer(0), Integer(-1)][kind_of(s)] for s in step.state}
+    (z,) = step.accelerations
+    at = {**kept, h: Integer(1), C: Integer(0)}
+    u, v = (e.subs(step.solved, simultaneous=True).subs(at, simultaneous=True) for e in step.reported[:2])
+    return reduced(cancel(u.subs(z, -v.subs(z, 0) / v.diff(z))))
+
+
 def moved(step: Step, stage: Stage) -> tuple[Symbol, Symbol]:
     """The newest displacement that a balance takes the force at, of those that move with it if any does; and its v."""
     forces = (a for b in stage.balances for a in b.force.atoms(N, N_discrete))

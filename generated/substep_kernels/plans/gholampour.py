@@ -12,7 +12,7 @@ PARAMETERS = ('delta', 'alpha_g',)
 STATE = ('u_0', 'v_0', 'a_0', 'a_m1',)
 NO_MEMORY = ''
 NO_CONTACT = ''
-NO_RESTITUTION = ''
+NO_RESTITUTION = 'gholampour lets what rests on a stop with restitution sink into it, by 0.0556 dt^2 times the acceleration that is held in each step: expected one that stays, as those with gamma = 2 beta; take average_acceleration'
 NO_FRICTION = ''
 
 
