@@ -199,7 +199,7 @@ class Response:
         of_u, of_v = (np.einsum("ndk,nk->nd", along, np.abs(y)) for y in (self.u, self.v))
         pressures = np.column_stack([self.memory[name] for name in names])
         of = tuple((name, None) for name in names)
-        kept = not self.scene.info.impulsive
+        kept = not self.scene.info.impulsive or self.scheme.kind == "explicit"  # see `Contact`
         return Touching(of, pressures, -x[:, these], -rates[:, these], of_u, of_v, -self.energy, kept)
 
     @property
