@@ -9,6 +9,7 @@ from ..declare.digest import scene_digest
 from ..declare.law import elapsed
 from ..declare.names import printed
 from ..declare.parameter import Parameter
+from ..declare.scene import Scene
 from ..declare.symbols import sampled, t
 from ..motion.equations import EquationsOfMotion
 from ..motion.powers import powers
@@ -22,6 +23,7 @@ CONSTRAINED = "Matrix, row by row, and right side of the equations for accelerat
 DRIFT = "What constraints keep at 0, minus gaps, what slides; first derivatives; second without accelerations."
 DIRECTIONS = "Their derivatives by the coordinates, row by row."
 POWERS = "The powers of these, W, and where it is there what the energy of the frame is, J."
+LIMITS = "Of each friction its limit without pressures, and by how much it grows with each of these, in turn."
 COMMIT = "What laws remember once it is committed at a displacement, `elapsed` s after that given."
 
 
@@ -61,6 +63,8 @@ def scene_module(motion: EquationsOfMotion) -> str:
         drift = [*motion.held.expressions, *motion.held.drift[0], *motion.held.drift[1]]
         functions.append(_function("drift", values, DRIFT, motion, drift))
         functions.append(_function("directions", values, DIRECTIONS, motion, list(motion.held.directions)))
+    if scene.frictions:
+        functions.append(_function("limits", values, LIMITS, motion, _limits(motion.scene)))
     if not scene.constraints:
         acceleration = motion.consistent_acceleration
         functions.append(
@@ -96,6 +100,13 @@ def scene_module(motion: EquationsOfMotion) -> str:
             body,
         ]
     )
+
+
+def _limits(scene: Scene) -> list[Expr]:
+    """The limit of each friction without pressures, and by how much it grows with each of these."""
+    pressures = dict.fromkeys(map(Symbol, scene.contacts), 0)
+    limits = [friction.limit.subs(scene.invariants) for friction in scene.frictions.values()]
+    return [e for limit in limits for e in (limit.subs(pressures), *(limit.diff(p) for p in pressures))]
 
 
 def _function(

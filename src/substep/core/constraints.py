@@ -36,6 +36,7 @@ class _Held(Protocol):
     def drift(self, t: Array, u: Array, v: Array) -> tuple[Array, Array, Array]: ...
     def directions(self, t: Array, u: Array) -> Array: ...
     def constrained(self, t: Array, u: Array, v: Array) -> Array: ...
+    def limits(self, t: Array, u: Array) -> Array: ...
 
 
 def parts(values: Array, n: int, c: int) -> tuple[Array, Array]:
@@ -116,8 +117,36 @@ def held_first(
     It is factors * (u, v, a), numbers or (P,), of u, v, a (P, n) at the start t (P,), and is `ahead` s (P,) later; the
     constraints at these places are 0 there, and contacts that are closed and at rest do not close further. Of central
     differences that is SHAKE's first step (Ryckaert, Ciccotti & Berendsen, J. Comput. Phys. 23 (1977) 327-341).
+    Frictions act as at the start: against what slides, and so that what is at rest stays, up to their limits.
     """
     given = t, u, v, a, *(np.broadcast_to(x, len(u)) for x in (*factors, ahead))
+    change, found = _pressed(scene, given, places)
+    if not scene.info.frictions:
+        return change, found
+    n, first = u.shape[-1], len(scene.info.multipliers) + len(scene.info.contacts)
+    G, (_, rates, rest) = scene.directions(t, u)[:, first:], (x[:, first:] for x in scene.drift(t, u, v))
+    by = np.linalg.pinv(scene.constrained(t, u, v)[:, :n, :n]) @ G.swapaxes(1, 2)
+    alone, limits = np.einsum("pfn,pnf->pf", G, by), scene.limits(t, u)
+    slides = np.abs(rates) > ALLOWED * np.linalg.norm(G, axis=-1) * np.linalg.norm(v, axis=-1, keepdims=True)
+    force = np.zeros_like(rates)
+    for _ in range(MOST):
+        pressures = found[:, first - len(scene.info.contacts) : first]
+        most = np.maximum(limits[..., 0] + np.einsum("pfd,pd->pf", limits[..., 1:], pressures), 0.0)
+        along = np.einsum("pfn,pn->pf", G, a + change) + rest
+        stays: Array = np.clip(force + along / alone, -most, most)
+        new: Array = np.where(slides, np.sign(rates) * most, stays)
+        rubbed = -np.einsum("pnf,pf->pn", by, new)
+        more, found = _pressed(scene, (t, u, v, a + rubbed, *given[4:]), places)
+        change, found[:, first:], done = rubbed + more, new, np.abs(new - force).max(initial=0.0)
+        force = new
+        if done <= 1e-13 * np.abs(new).max(initial=0.0):
+            break
+    return change, found
+
+
+def _pressed(scene: _Held, given: tuple[Array, ...], places: Sequence[int]) -> tuple[Array, Array]:
+    """Changes of acceleration (P, n) and reactions (P, c) of constraints at these places and of contacts, as above."""
+    t, u, v, *_ = given
     c, closed = len(scene.info.multipliers), _closed(scene, t, u, v)
     change, found, _ = _held(scene, given, places)
     for k in np.flatnonzero(closed.any(axis=1)):

@@ -7,7 +7,6 @@ from typing import Any, Protocol, cast
 
 import numpy as np
 
-from ..derived.facade import friction_shares
 from .arrays import Array
 from .scenes import Scene
 
@@ -117,14 +116,14 @@ def of_scene(r: _Run) -> Acting | None:
     touches = np.flatnonzero((np.minimum(-now, -ahead) <= TOUCHES * across * length)[c : c + d])
     rows = np.concatenate([G[c : c + d][touches], G[c + d :]])
     slides = np.where(np.abs(rates) > TOUCHES * across * float(np.abs(v).max()), rates, 0.0)[c + d :]
-    shares = np.array(friction_shares(info.source, dict(scene.parameters), float(r.t[-1]), u[0].tolist()))
+    shares = scene.limits(r.t[-1:], u)[0, :, 1:] if f else np.zeros((0, d))
     names = [name for name, _ in scene.coordinates]
     return Acting(
         [info.contacts[k] for k in touches],
         info.frictions,
         [", ".join(x for x, g in zip(names, G[c + k], strict=True) if g) for k in touches],
         rows @ _compliance(mass(r, -1), G[:c]) @ rows.T,
-        shares.reshape(f, d)[:, touches],
+        shares[:, touches],
         slides,
         _without_room(r, G, (-ahead, -speeds), touches.tolist()),
     )

@@ -189,6 +189,11 @@ class Scene:
         """Angular momentum (...,) about the pivot; None for a scene without one."""
         return self._evaluate("angular_momentum", t, u, v) if self.info.angular_momentum else None
 
+    def limits(self, t: Array, u: Array) -> Array:
+        """Of each friction its limit without pressures, and how that grows with each of the d, (..., f, 1 + d)."""
+        found = self._evaluate("limits", t, u, u, memory=self._nothing(u))
+        return found.reshape(*found.shape[:-1], len(self.info.frictions), 1 + len(self.info.contacts))
+
     def powers(self, t: Array, u: Array, v: Array, memory: Array | None = None) -> dict[str, Array]:
         """The power (...,) of what gives energy to it or takes it, by name, W: see `Response.powers`.
 

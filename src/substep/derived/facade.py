@@ -194,24 +194,6 @@ def rigid_energy(name: str, **parameters: Any) -> RigidEnergy:
     return RigidEnergy(*texts, changes)
 
 
-def friction_shares(
-    scene: "str | SceneDeclaration", parameters: Mapping[str, float], t: float, u: Sequence[float]
-) -> list[list[float]]:
-    """By how much the limit of each friction of a scene grows with each of its pressures, at t and u."""
-    from substep_derive.declare.catalogue import find_scene  # noqa: PLC0415
-
-    declared = find_scene(scene)
-    values = {**parameters, "t": t, **dict(zip(map(str, declared.coordinates), u, strict=True))}
-    found = list[list[float]]()
-    for friction in declared.frictions.values():
-        limit = friction.limit.subs(declared.invariants)
-        symbols = {str(s): s for s in limit.free_symbols}
-        known = {s: values[name] for name, s in symbols.items() if name in values}
-        grows = (limit.diff(symbols[name]).subs(known) if name in symbols else 0 for name in declared.contacts)
-        found.append([float(x) for x in grows])
-    return found
-
-
 @dataclass(frozen=True)
 class ModifiedEnergy:
     """Functions of (scene's parameters, coordinates, rates): power of h -> what stands beside it.

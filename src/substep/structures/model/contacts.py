@@ -124,6 +124,11 @@ class Contacts(Named):
         parts = np.abs(self.gaps0) + np.abs(self.rows) @ (np.abs(u) + np.abs(change))
         return np.asarray(self.gaps0 + self.rows @ u <= ROUNDING * parts)
 
+    def slipping(self, v: Array) -> Array:
+        """Of what slides (d,) at v (n,) the sign of its rate; 0 where it is at rest, and of gaps."""
+        rates, parts = self.rows @ v[self.columns], np.abs(self.rows) @ np.abs(v[self.columns])
+        return np.where(self.sliding & (np.abs(rates) > AT_REST * parts), np.sign(rates), 0.0)
+
     def forces(self, n: int) -> Array:
         """The forces B^T (n, d) of unit reactions."""
         found = np.zeros((n, self.size))

@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...core.arrays import Array
 from ...core.loads import Load, Record, values_at
-from ..solvers.complementarity import complementary
 from ..solvers.factorization import SingularMatrix, Solver, factorize
 from ..solvers.matrices import (
     Matrix,
@@ -292,11 +291,14 @@ class Model:
             found = np.maximum(found, 0.0)  # a reaction only pushes
             self._require_balance(t, self.bare, right + forces @ found, largest)
             closed &= ~static
-        if not closed.any():
+        if not closed.any() and not self.contacts.sliding.any():
             return found
         a = self.acceleration(t, u, v, memory=memory) + self.pushed @ found
         opening = np.where(closed, rows @ a[columns], np.inf)
-        return found + complementary(opening, rows @ self.pushed[columns], np.zeros(len(found)))
+        if self.contacts.sliding.any():  # at rest it stays so, up to the limit, and what slides is far beyond
+            rubs = rows @ a[columns] + self.contacts.slipping(v) * 1e12 * (1.0 + np.abs(rows @ a[columns]))
+            opening = np.where(self.contacts.sliding, rubs, opening)
+        return found + self.contacts.reactions(opening, rows @ self.pushed[columns], np.zeros(len(found)), 1.0)
 
     def factorized(self, matrix: Matrix, what: str, part: NDArray[np.intp] | None = None) -> Callable[[Array], Array]:
         """The factorization of a matrix (n, n), or of that of a part of the free degrees of freedom, by their numbers.
