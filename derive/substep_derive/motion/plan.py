@@ -17,7 +17,7 @@ from typing import cast
 
 from sympy import Dummy, Expr, Integer, Symbol, cancel, factor, fraction, sympify
 
-from ..constrained.explicit import explicit, held_next, mean_velocity
+from ..constrained.explicit import explicit, held_next, mean_velocity, require_forward, require_next
 from ..constrained.prescribed import prescribed
 from ..declare.errors import DeclarationError
 from ..declare.scheme import Balance, Scheme
@@ -77,7 +77,6 @@ class System:
         rows = [*self.rows.values(), *(row for _, row, _ in self.forces)]
         rows += [row for *pair, _ in self.commits for row in pair]
         rows += [row for _, *pair in self.differences for row in pair] + list((self.contact or ())[:2])
-        rows += list(self.later or ())
         return {s for row in rows for s in row} | {self.vector}
 
 
@@ -266,11 +265,15 @@ class _Writer:
             self.operations[-1] = replace(system, contact=(*rows, *numbers))
 
     def _later(self, step: Step, k: int) -> tuple[Row, Row, Row, Row] | None:
-        """What the reaction of the k-th balance of an explicit step holds; None where it holds nothing."""
+        """What the reaction of the k-th balance of an explicit step holds; None of a scheme that takes none."""
         try:
-            held, _ = prescribed(step.scheme).held[k]
+            found = prescribed(step.scheme)
+            require_next(step, found)
+            require_forward(step, found)
+            impulses(step)
         except DeclarationError:
             return None
+        held, _ = found.held[k]
         (u, _), (u0, _, _), at = moved(step, step.stages[k]), knot(0), instants_of(step)
         if u0 not in step.state or u not in step.prior or u == u0:
             before, ahead = Integer(0), Integer(0)

@@ -218,7 +218,7 @@ def _module(scheme: Scheme) -> ModuleType:
     A member of a family has that of the family, but for an explicit member: what its reactions hold is another thing.
     """
     if scheme.info.declaration is None:
-        return _in_catalogue(scheme.name if scheme.kind == "explicit" else scheme.kernels.NAME)
+        return _in_catalogue(scheme.name, scheme.kernels.NAME)
     from ...derived.modules import own_plan_module  # noqa: PLC0415 (the one door to SymPy)
 
     return own_plan_module(scheme.info.declaration)
@@ -230,10 +230,10 @@ def _step(module: ModuleType, h: float, *values: float) -> Steps:
 
 
 @cache
-def _in_catalogue(name: str) -> ModuleType:
+def _in_catalogue(name: str, family: str) -> ModuleType:
     from ...derived.modules import plan_module  # noqa: PLC0415 (the one door to SymPy)
 
-    return committed(f"plans.{name}") or plan_module(name)
+    return committed(f"plans.{name}") or committed(f"plans.{family}") or plan_module(family)
 
 
 def _steps(
