@@ -32,7 +32,19 @@ def first_factors(step: Step, u: Symbol) -> tuple[Expr, Expr, Expr] | None:
     return None if start is None or first.has(N, f, C) else (first.diff(u0), first.diff(v0), first.diff(a0))
 
 
-def require_next(step: Step, found: Prescribed) -> None:
+def require_held(step: Step, found: Prescribed, *, bounded: bool, gaps: bool) -> None:
+    """Raises DeclarationError for an explicit scheme that takes no such reactions.
+
+    bounded: whether some only push, or have a limit; gaps: whether some are of contacts, on which impacts act.
+    """
+    _require_next(step, found)
+    if bounded:
+        _require_forward(step, found)
+    if gaps:
+        _require_moving_on(step, found)
+
+
+def _require_next(step: Step, found: Prescribed) -> None:
     """Raises DeclarationError for an explicit scheme whose balances do not hold later displacements one by one."""
     name, z = step.scheme.name, step.accelerations
     forces = {a for b in step.scheme.balances for a in b.force.atoms(N)}
@@ -61,7 +73,7 @@ def require_next(step: Step, found: Prescribed) -> None:
         )
 
 
-def require_forward(step: Step, found: Prescribed) -> None:
+def _require_forward(step: Step, found: Prescribed) -> None:
     """Raises DeclarationError for explicit balances against whose mean velocities reactions do not act."""
     near = Step.of(step.scheme.in_doubles)
     typical = {**near.scheme.typical, C: Integer(0), h: Integer(1)}
@@ -75,7 +87,7 @@ def require_forward(step: Step, found: Prescribed) -> None:
             )
 
 
-def require_moving_on(step: Step, found: Prescribed) -> None:
+def _require_moving_on(step: Step, found: Prescribed) -> None:
     """Raises DeclarationError for an explicit scheme whose steps do not go on with the velocity that an impact leaves.
 
     That is the mean velocity with which the displacement is reached that the reaction of a balance holds, from where

@@ -19,7 +19,7 @@ from ..declare.parameter_set import ParameterSet
 from ..declare.scheme import Scheme
 from ..declare.symbols import kind_of, steps_back, successor
 from ..oscillator.evaluation import Evaluation
-from .explicit import explicit, require_forward, require_moving_on, require_next
+from .explicit import explicit, require_held
 from .prescribed import StepRows, prescribed_at
 
 LONGEST, MOST = 60, 64  # steps that are followed, and pieces that the phases may have
@@ -89,10 +89,7 @@ class _Impact:
                 "take another scheme"
             )
         if explicit(self.rows.step):
-            found = prescribed_at(at)
-            require_next(self.rows.step, found)
-            require_forward(self.rows.step, found)
-            require_moving_on(self.rows.step, found)
+            require_held(self.rows.step, prescribed_at(at), bounded=True, gaps=True)
         if not any(u in self.rows.step.reported for u, *_ in self.rows.held):
             raise DeclarationError(
                 f"{at.scheme.name} takes no force at the end of its steps: expected one that holds the displacement "

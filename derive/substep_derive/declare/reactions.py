@@ -81,8 +81,8 @@ class Contact:
 
     def renamed(self, names: Mapping[Symbol, Expr]) -> "Contact":
         """The same with other names of parameters."""
-        found = None if self.restitution is None else self.restitution.subs(names, simultaneous=True)
-        return replace(self, gap=self.gap.subs(names, simultaneous=True), restitution=found)
+        given = {"gap": self.gap, "restitution": self.restitution, "penalty": self.penalty}
+        return replace(self, **{key: e.subs(names, simultaneous=True) for key, e in given.items() if e is not None})
 
 
 @dataclass(frozen=True)

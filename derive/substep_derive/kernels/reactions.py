@@ -16,13 +16,7 @@ from dataclasses import dataclass
 
 from sympy import Abs, Expr, Integer, Matrix, Rational, Symbol, zeros
 
-from ..constrained.explicit import (
-    explicit,
-    first_factors,
-    require_forward,
-    require_moving_on,
-    require_next,
-)
+from ..constrained.explicit import explicit, first_factors, require_held
 from ..constrained.prescribed import Prescribed, prescribed
 from ..declare.errors import DeclarationError
 from ..declare.law import larger, slope, smaller, where_at_least
@@ -148,22 +142,19 @@ def _require_holding(scheme: Scheme, asked: Asked) -> Prescribed | None:
         impulses(step)
     found = prescribed(scheme) if asked.positions or (later and asked.contacts) else None
     if found and later:
-        require_next(step, found)
-        if asked.contacts:
-            require_forward(step, found)
-        if asked.gaps:
-            require_moving_on(step, found)
+        require_held(step, found, bounded=asked.contacts, gaps=asked.gaps)
     missing = [s for s in knot(0)[:2] if s not in step.state]
     if asked.restitution and not later and (missing or not impulses_last(step)):
         raise DeclarationError(
             f"{scheme.name} does not keep the velocity that an impact leaves: expected one that is the same a step "
             "later, of which restitution is a share; take a scheme of one balance, such as average_acceleration"
         )
-    if asked.restitution and not later and len(step.stages) == 1 and drift_at_rest(step).subs(scheme.typical) < 0:
+    one = asked.restitution and not later and len(step.stages) == 1
+    if one and (drift := float(drift_at_rest(step).subs(scheme.typical))) < 0:
         raise DeclarationError(
-            f"{scheme.name} lets what rests on a stop with restitution sink into it, by "
-            f"{-float(drift_at_rest(step).subs(scheme.typical)):.3g} dt^2 times the acceleration that is held in each "
-            "step: expected one that stays, as those with gamma = 2 beta; take average_acceleration"
+            f"{scheme.name} lets what rests on a stop with restitution sink into it, by {-drift:.3g} dt^2 times the "
+            "acceleration that is held in each step: expected one that stays, as those with gamma = 2 beta; take "
+            "average_acceleration"
         )
     last, _ = moved(step, step.stages[-1])
     if last in step.state and (asked.velocities or not found):
@@ -226,9 +217,8 @@ def _rows(w: Writer, k: int, stage: Stage, to: Moving, u: Moving, v: Moving, mea
         without = limit.subs(dict.fromkeys(pressures, 0))
         most = (limit - without).expand().subs(pressures) + strength * without
         most = held.at(Matrix([most]), list(place), list(speed), when)[0]
-        most = (
-            larger(most, Integer(0)) if most.has(*unknown) else most
-        )  # a pressure that is to become 0 may be below it
+        if most.has(*unknown):  # a pressure that is to become 0 may be below it
+            most = larger(most, Integer(0))
         low, high = (moves[j] * (unknown[j] + sign * most) for sign in (-1, 1))
         found.append(larger(smaller(-rates[j] / c_v, high), low))  # where nothing presses, the rate says which
     return Matrix(found)

@@ -17,7 +17,7 @@ from typing import cast
 
 from sympy import Dummy, Expr, Integer, Symbol, cancel, factor, fraction, sympify
 
-from ..constrained.explicit import explicit, held_next, mean_velocity, require_forward, require_next
+from ..constrained.explicit import explicit, held_next, mean_velocity, require_held
 from ..constrained.prescribed import prescribed
 from ..declare.errors import DeclarationError
 from ..declare.scheme import Balance, Scheme
@@ -268,8 +268,7 @@ class _Writer:
         """What the reaction of the k-th balance of an explicit step holds; None of a scheme that takes none."""
         try:
             found = prescribed(step.scheme)
-            require_next(step, found)
-            require_forward(step, found)
+            require_held(step, found, bounded=True, gaps=False)
             impulses(step)
         except DeclarationError:
             return None

@@ -5,7 +5,6 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
@@ -17,6 +16,7 @@ from .exports import Histories, History, to_dataset, to_frame
 from .fighting import Acting, ending, of_scene, reason
 from .impacts import Impact, Touching, impacts, require_each_step
 from .loads import Load
+from .powers import numerical, powers
 from .state import State
 
 if TYPE_CHECKING:
@@ -134,7 +134,7 @@ class Response:
     @property
     def last_memory(self) -> tuple[Array, ...]:
         """What laws remember in the last row (1, k), as a last argument of the scene's functions."""
-        return self._remembered(slice(-1, None))
+        return self.remembered(slice(-1, None))
 
     @cached_property
     def jump(self) -> Array:
@@ -143,7 +143,7 @@ class Response:
         A scheme that carries a feels it in its first steps. `State.consistent` starts without it.
         """
         t, u, v = self.t[:1], np.asarray(self.u)[:1], np.asarray(self.v)[:1]
-        return (np.asarray(self.a)[:1] - self.scene.acceleration(t, u, v, *self._remembered(slice(1))))[0]
+        return (np.asarray(self.a)[:1] - self.scene.acceleration(t, u, v, *self.remembered(slice(1))))[0]
 
     @property
     def memory(self) -> Mapping[str, Array]:
@@ -164,7 +164,7 @@ class Response:
         """
         if not (names := self.scene.info.multipliers):
             return {}
-        found = self.scene.multipliers(self.t, self.u, self.v, *self._remembered(slice(None)))
+        found = self.scene.multipliers(self.t, self.u, self.v, *self.remembered(slice(None)))
         return {name: found[:, k] for k, name in enumerate(names)}
 
     @property
@@ -221,12 +221,7 @@ class Response:
         dissipation, forces and load as they are declared; time, of energies that hold it; constraints, by their
         multipliers, which is 0 but for the scheme's error unless they move.
         """
-        rows = self._remembered(slice(None))
-        found = {name: x for name, x in self.scene.powers(self.t, self.u, self.v, *rows).items() if name != "frame"}
-        if names := self.scene.info.multipliers:
-            along = np.einsum("ncd,nd->nc", self.scene.directions(self.t, self.u)[:, : len(names)], self.v)
-            found["constraints"] = -(np.column_stack(list(self.multipliers.values())) * along).sum(axis=1)
-        return found
+        return powers(self)
 
     @cached_property
     def numerical(self) -> Array:
@@ -235,20 +230,9 @@ class Response:
         The powers are added up by Simpson's rule over the rows, whose error is in it too. Raises ValueError for a scene
         with contacts or friction, whose reactions act within a step: `impacts` says what each of them takes.
         """
-        if acting := (*self.scene.info.contacts, *self.scene.info.frictions):
-            raise ValueError(
-                f"expected a scene without contacts and friction for the energy that the scheme dissipates, got "
-                f"{', '.join(acting)}, which act within a step; r.impacts says what each impact takes"
-            )
-        frame = self.scene.powers(self.t, self.u, self.v, *self._remembered(slice(None))).get("frame", 0.0)
-        own = self.energy - frame + (self.energy_dissipated if "dissipated" in self.memory else 0.0)
-        power = sum(self.powers.values(), np.zeros(len(self.t)))
-        if len(self.t) < 3:  # as Simpson's rule needs
-            return own[0] - own + np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * np.diff(self.t))])
-        integrate: Any = import_module("scipy.integrate")  # slow to import
-        return own[0] - own + np.asarray(integrate.cumulative_simpson(power, x=self.t, initial=0.0))
+        return numerical(self)
 
-    def _remembered(self, rows: slice) -> tuple[Array, ...]:
+    def remembered(self, rows: slice) -> tuple[Array, ...]:
         """Some rows of what laws remember, as a last argument of the scene's functions; nothing where there is none."""
         return () if self.memories is None else (self.memories[rows],)
 
@@ -288,13 +272,13 @@ class Response:
         if self.own_a is not None:
             return self.own_a
         first = self.scene.a0 if self.started is None or self.started.a is None else self.started.a
-        of_rows = self.scene.acceleration(self.t, self.u, self.v, *self._remembered(slice(None)))
+        of_rows = self.scene.acceleration(self.t, self.u, self.v, *self.remembered(slice(None)))
         return np.concatenate([first[None], of_rows[1:]])
 
     @cached_property
     def energy(self) -> Array:
         """Kinetic energy and potential (n+1,), J."""
-        return self.scene.energy(self.t, self.u, self.v, *self._remembered(slice(None)))
+        return self.scene.energy(self.t, self.u, self.v, *self.remembered(slice(None)))
 
     @cached_property
     def angular_momentum(self) -> Array | None:
@@ -304,7 +288,7 @@ class Response:
     @cached_property
     def outputs(self) -> Mapping[str, Array]:
         """The scene's named outputs, each (n+1,)."""
-        return self.scene.outputs(self.t, self.u, self.v, *self._remembered(slice(None)))
+        return self.scene.outputs(self.t, self.u, self.v, *self.remembered(slice(None)))
 
     @property
     def force(self) -> Array:

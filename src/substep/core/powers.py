@@ -1,0 +1,40 @@
+"""What gives energy to a scene along a run, and takes it, and what is left for the scheme."""
+
+from collections.abc import Mapping
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .arrays import Array
+
+if TYPE_CHECKING:
+    from .response import Response
+
+
+def powers(r: "Response") -> Mapping[str, Array]:
+    """See `Response.powers`."""
+    found = {name: x for name, x in _of_scene(r).items() if name != "frame"}
+    if names := r.scene.info.multipliers:
+        along = np.einsum("ncd,nd->nc", r.scene.directions(r.t, r.u)[:, : len(names)], r.v)
+        found["constraints"] = -(np.column_stack(list(r.multipliers.values())) * along).sum(axis=1)
+    return found
+
+
+def numerical(r: "Response") -> Array:
+    """See `Response.numerical`."""
+    if acting := (*r.scene.info.contacts, *r.scene.info.frictions):
+        raise ValueError(
+            f"expected a scene without contacts and friction for the energy that the scheme dissipates, got "
+            f"{', '.join(acting)}, which act within a step; r.impacts says what each impact takes"
+        )
+    own = r.energy - _of_scene(r).get("frame", 0.0) + (r.energy_dissipated if "dissipated" in r.memory else 0.0)
+    power = sum(r.powers.values(), np.zeros(len(r.t)))
+    if len(r.t) < 3:  # as Simpson's rule needs
+        return own[0] - own + np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * np.diff(r.t))])
+    integrate: Any = import_module("scipy.integrate")  # slow to import
+    return own[0] - own + np.asarray(integrate.cumulative_simpson(power, x=r.t, initial=0.0))
+
+
+def _of_scene(r: "Response") -> dict[str, Array]:
+    return r.scene.powers(r.t, r.u, r.v, *r.remembered(slice(None)))
