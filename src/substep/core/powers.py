@@ -37,4 +37,4 @@ def numerical(r: "Response") -> Array:
 
 
 def _of_scene(r: "Response") -> dict[str, Array]:
-    return r.scene.powers(r.t, r.u, r.v, *r.remembered(slice(None)))
+    return r.scene.powers(r.t, r.u, r.v, *r.memory_of_rows(slice(None)))

@@ -134,7 +134,7 @@ class Response:
     @property
     def last_memory(self) -> tuple[Array, ...]:
         """What laws remember in the last row (1, k), as a last argument of the scene's functions."""
-        return self.remembered(slice(-1, None))
+        return self.memory_of_rows(slice(-1, None))
 
     @cached_property
     def jump(self) -> Array:
@@ -143,7 +143,7 @@ class Response:
         A scheme that carries a feels it in its first steps. `State.consistent` starts without it.
         """
         t, u, v = self.t[:1], np.asarray(self.u)[:1], np.asarray(self.v)[:1]
-        return (np.asarray(self.a)[:1] - self.scene.acceleration(t, u, v, *self.remembered(slice(1))))[0]
+        return (np.asarray(self.a)[:1] - self.scene.acceleration(t, u, v, *self.memory_of_rows(slice(1))))[0]
 
     @property
     def memory(self) -> Mapping[str, Array]:
@@ -164,7 +164,7 @@ class Response:
         """
         if not (names := self.scene.info.multipliers):
             return {}
-        found = self.scene.multipliers(self.t, self.u, self.v, *self.remembered(slice(None)))
+        found = self.scene.multipliers(self.t, self.u, self.v, *self.memory_of_rows(slice(None)))
         return {name: found[:, k] for k, name in enumerate(names)}
 
     @property
@@ -232,7 +232,7 @@ class Response:
         """
         return numerical(self)
 
-    def remembered(self, rows: slice) -> tuple[Array, ...]:
+    def memory_of_rows(self, rows: slice) -> tuple[Array, ...]:
         """Some rows of what laws remember, as a last argument of the scene's functions; nothing where there is none."""
         return () if self.memories is None else (self.memories[rows],)
 
@@ -272,13 +272,13 @@ class Response:
         if self.own_a is not None:
             return self.own_a
         first = self.scene.a0 if self.started is None or self.started.a is None else self.started.a
-        of_rows = self.scene.acceleration(self.t, self.u, self.v, *self.remembered(slice(None)))
+        of_rows = self.scene.acceleration(self.t, self.u, self.v, *self.memory_of_rows(slice(None)))
         return np.concatenate([first[None], of_rows[1:]])
 
     @cached_property
     def energy(self) -> Array:
         """Kinetic energy and potential (n+1,), J."""
-        return self.scene.energy(self.t, self.u, self.v, *self.remembered(slice(None)))
+        return self.scene.energy(self.t, self.u, self.v, *self.memory_of_rows(slice(None)))
 
     @cached_property
     def angular_momentum(self) -> Array | None:
@@ -288,7 +288,7 @@ class Response:
     @cached_property
     def outputs(self) -> Mapping[str, Array]:
         """The scene's named outputs, each (n+1,)."""
-        return self.scene.outputs(self.t, self.u, self.v, *self.remembered(slice(None)))
+        return self.scene.outputs(self.t, self.u, self.v, *self.memory_of_rows(slice(None)))
 
     @property
     def force(self) -> Array:
