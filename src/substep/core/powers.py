@@ -2,17 +2,39 @@
 
 from collections.abc import Mapping
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from .arrays import Array
-
-if TYPE_CHECKING:
-    from .response import Response
+from .scenes import Scene
 
 
-def powers(r: "Response") -> Mapping[str, Array]:
+class _Run(Protocol):
+    """A response of a scene, as far as its energy is asked about: see `substep.core.response.Response`."""
+
+    @property
+    def scene(self) -> Scene: ...
+    @property
+    def t(self) -> Any: ...
+    @property
+    def u(self) -> Array: ...
+    @property
+    def v(self) -> Array: ...
+    @property
+    def energy(self) -> Any: ...
+    @property
+    def energy_dissipated(self) -> Array: ...
+    @property
+    def memory(self) -> Mapping[str, Array]: ...
+    @property
+    def multipliers(self) -> Any: ...
+    @property
+    def powers(self) -> Any: ...
+    def memory_of_rows(self, rows: slice) -> tuple[Array, ...]: ...
+
+
+def powers(r: _Run) -> Mapping[str, Array]:
     """See `Response.powers`."""
     found = {name: x for name, x in _of_scene(r).items() if name != "frame"}
     if names := r.scene.info.multipliers:
@@ -21,7 +43,7 @@ def powers(r: "Response") -> Mapping[str, Array]:
     return found
 
 
-def numerical(r: "Response") -> Array:
+def numerical(r: _Run) -> Array:
     """See `Response.numerical`."""
     if acting := (*r.scene.info.contacts, *r.scene.info.frictions):
         raise ValueError(
@@ -36,5 +58,5 @@ def numerical(r: "Response") -> Array:
     return own[0] - own + np.asarray(integrate.cumulative_simpson(power, x=r.t, initial=0.0))
 
 
-def _of_scene(r: "Response") -> dict[str, Array]:
+def _of_scene(r: _Run) -> dict[str, Array]:
     return r.scene.powers(r.t, r.u, r.v, *r.memory_of_rows(slice(None)))
