@@ -20,6 +20,7 @@ from .motion.turning import Turning, turning
 from .nonlinear.modified import ModifiedEquation
 from .nonlinear.modified_energy import ModifiedEnergy
 from .nonlinear.modified_motion import ModifiedMotion
+from .nonlinear.order import order_of_rates
 from .oscillator.energy import Energy, NoEnergy
 from .stability.certificate import Certificate
 from .stability.structures import StructuresCertificate, certify
@@ -79,6 +80,7 @@ __all__ = [
     "knot",
     "nystrom",
     "optional",
+    "order_of_rates",
     "prescribed",
     "rate",
     "required",

@@ -110,6 +110,12 @@ class N_discrete(Function):
     nargs = 2
 
 
+class N_of_rates(Function):
+    """Internal force as a function of the displacement and the velocity."""
+
+    nargs = 2
+
+
 class f(Function):
     """External load at t_n + tau*h, as a function of tau."""
 

@@ -13,32 +13,23 @@ passes the displacement. The row is multiplied by the mass at the one knot that 
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-from sympy import Abs, Dummy, Expr, Integer, Matrix, Symbol, diag, factor, sympify, zeros
+from sympy import Abs, Expr, Integer, Matrix, Symbol, diag, factor, sympify, zeros
 
 from ..constrained.explicit import held_next, mean_velocity
 from ..declare.errors import DeclarationError
 from ..declare.law import slope
 from ..declare.scheme import Balance, Scheme
-from ..declare.symbols import K0, C, K_t, M, N, N_discrete, h, knot, knot_of
+from ..declare.symbols import K0, C, K_t, M, N_discrete, h
 from ..motion.components import Assignments, Writer, assign, drawn_out
 from ..motion.equations import EquationsOfMotion, solved
+from ..step.places import Place, places
 from ..step.step import Stage, Step
 from ..step.times import moved
 from .balance_step import BalanceStep, written
 from .reactions import Moving, by_velocity, joined, of_balance, pushed
 from .together import Reach, begun_together, combined, predicted, reached, split, unknowns
-
-
-@dataclass(frozen=True)
-class Place:
-    """Where a balance takes the equation of motion, with that weight: its force, displacement and velocity."""
-
-    weight: Expr
-    force: Expr
-    u: Expr
-    v: Expr
 
 
 def refuse(scheme: Scheme, motion: EquationsOfMotion) -> None:
@@ -297,18 +288,9 @@ def _places(balance: Balance, at: "_At") -> list[Place]:
     Raises DeclarationError where it takes it at several knots, and what C multiplies is not the same mixture of theirs.
     """
     w = at.w
-    marks: dict[Expr, Dummy] = {atom: Dummy() for atom in sorted(balance.force.atoms(N, N_discrete), key=str)}
-    force = balance.force.subs(marks)
-    weights = {atom: factor(force.diff(mark)) for atom, mark in marks.items()}
-    found = [
-        Place(weight, atom, sum(atom.args, Integer(0)) / len(atom.args), balance.damping / weight)
-        for atom, weight in weights.items()
-    ]
-    if len(found) == 1 or not w.motion.damped:
+    found, same = places(balance.force, balance.damping)
+    if same or not w.motion.damped:
         return found
-    at_knots = [replace(place, v=_velocity(place.u)) for place in found]
-    if (sum((place.weight * place.v for place in at_knots), Integer(0)) - balance.damping).expand() == 0:
-        return at_knots
     if w.motion.of_rates:
         raise DeclarationError(
             f"{w.scheme.name}: expected a balance whose damping mixes the velocities of the knots of its force, with "
@@ -317,9 +299,3 @@ def _places(balance: Balance, at: "_At") -> list[Place]:
         )
     whole = next((place for place in found if at.in_z(place.u).has(*at.z)), found[-1])
     return [place if place is whole else replace(place, v=Integer(0)) for place in found]  # a constant damping, once
-
-
-def _velocity(u: Expr) -> Expr:
-    """The velocity of the knots of a displacement."""
-    at = {s: knot_of(s) for s in u.free_symbols}
-    return u.subs({s: knot(found[1]).v for s, found in at.items() if found and found[0] == "u"}, simultaneous=True)

@@ -11,17 +11,17 @@ from typing import Any
 from sympy import Dummy, Expr, Integer, cancel, fraction, sympify
 
 from ..declare.errors import DeclarationError
-from ..declare.symbols import K0, C, K_t, M, N, N_discrete, f, h, knot_of
+from ..declare.symbols import K0, C, K_t, M, N, N_discrete, N_of_rates, f, h, knot_of
 
 UNIT = {h: Integer(1), M: Integer(1)}  # in u, h v, h^2 a, per unit mass, h drops out
 
 
 @dataclass(frozen=True)
 class Term:
-    """plain times a symbol or an atom N, N_discrete, f; with `over`, den^-1 of that, den = 1 + sum of c X.
+    """plain times a symbol or an atom N, N_discrete, N_of_rates, f; with `over`, den^-1 of that, den = 1 + sum of c X.
 
-    arguments: of N and N_discrete. instant: of f. over: (X, c) for each of C and K0 in the denominator, which a
-    numerator 1 + sum of c X in `under` may accompany.
+    arguments: of a force. instant: of f. over: (X, c) for each of C and K0 in the denominator, which a numerator
+    1 + sum of c X in `under` may accompany.
     """
 
     of: Expr
@@ -34,7 +34,7 @@ class Term:
 
 @dataclass(frozen=True)
 class Applied:
-    """C, K0 or the tangent K_t(argument) times a form."""
+    """C, K0, the tangent K_t(argument) or M(u_n)^-1 (M(argument) - M(u_n)) times a form."""
 
     kind: str
     to: "Form"
@@ -61,7 +61,7 @@ def form(scheme: str, expression: Expr, number: Number) -> Form:
     e = sympify(expression).subs(UNIT)
     tangents = {atom: Dummy() for atom in sorted(e.atoms(K_t), key=str)}
     e = e.subs(tangents)
-    atoms = {atom: Dummy() for atom in sorted(e.atoms(N, N_discrete, f), key=str)}
+    atoms = {atom: Dummy() for atom in sorted(e.atoms(N, N_discrete, N_of_rates, f), key=str)}
     e = e.subs(atoms)
     marks: dict[Expr, Expr] = {s: s for s in sorted(e.free_symbols, key=str) if knot_of(s)}
     marks |= atoms
@@ -77,7 +77,7 @@ def form(scheme: str, expression: Expr, number: Number) -> Form:
             raise DeclarationError(f"{scheme}: expected an expression linear in the knots' u, v, a, got {expression}")
         over, parts = _split(scheme, coefficient, kinds, number)
         at: dict[str, Any] = {}
-        if isinstance(atom, N | N_discrete):
+        if isinstance(atom, N | N_discrete | N_of_rates):
             at["arguments"] = tuple(form(scheme, argument, number) for argument in atom.args)
         elif isinstance(atom, f):
             at["instant"] = number(atom.args[0])

@@ -20,14 +20,14 @@ from ..algebra.rational import SingularMatrix, affine_solutions, matrix_inverse
 from ..declare.errors import InconsistentScheme
 from ..oscillator.evaluation import Evaluation
 from .step import StepSeries
-from .trees import Level, Series, Trees, U, V, add, trees
+from .trees import Level, Series, Trees, U, V, add, like, tree_of
 
 HIGHEST = 8  # power of h that is looked at unasked
 
 
 @dataclass(frozen=True)
 class ModifiedEquation:
-    """The modified equation at some parameters, of u'' + C u' + N(u) = 0 per unit mass.
+    """The modified equation at some parameters, of u'' + C u' + N(u) = 0 per unit mass, or of u'' + N(u, u') = 0.
 
     of: the trees in which series are written. field: X_u and X_v, of u and the reported velocity. terms: power of h ->
     the trees of f_power in u'' = -(C u' + N(u)) + sum of h^power f_power, u' in place of v; powers whose term vanishes
@@ -55,17 +55,21 @@ class ModifiedEquation:
         return found if root is None else found.subs(generator, closed_form(root, generator))
 
 
-def modified_equation(evaluation: Evaluation, top: int | None = None, damping: bool = False) -> ModifiedEquation:
+def modified_equation(
+    evaluation: Evaluation, top: int | None = None, damping: bool = False, rates: bool = False
+) -> ModifiedEquation:
     """The terms up to h^top; without a top, two terms, of which the second may vanish, and none beyond `HIGHEST`.
 
-    Raises InconsistentScheme where an eigenvalue besides the principal pair tends to 1 with the step, or rest and
-    uniform motion are not kept as they are.
+    rates: whether forces depend on rates in any other way than by a constant damping. Raises DeclarationError for a
+    scheme that has no reading then, InconsistentScheme where an eigenvalue besides the principal pair tends to 1 with
+    the step, or rest and uniform motion are not kept as they are.
     """
     if top is None:
-        first = next((k for k in range(1, HIGHEST) if modified_equation(evaluation, k, damping).terms), HIGHEST - 1)
-        return modified_equation(evaluation, first + 1, damping)
-    step = StepSeries(evaluation)
-    of = trees(damping, False, step.reads_tangent)
+        powers = range(1, HIGHEST)
+        first = next((k for k in powers if modified_equation(evaluation, k, damping, rates).terms), HIGHEST - 1)
+        return modified_equation(evaluation, first + 1, damping, rates)
+    step = StepSeries(evaluation, rates)
+    of = step.trees(damping, False)
     of.grow(top + 2)
     field = _field(step, of, top + 2)
     second = _second(Along(of, field, step.one), field, top + 2)
@@ -104,10 +108,13 @@ class Along:
         if kind == "N" and more < len(self.field[0]):
             for x, c in self.field[0][more].items():
                 add(found, {self.of.number("N", *branches, x): self.one}, c)
+        if kind == "N" and self.of.rates and more + 1 < len(self.field[1]):
+            for x, c in self.field[1][more + 1].items():
+                add(found, {self.of.number("N", *branches, ~x): self.one}, c)
         for k, branch in enumerate(branches):
             others = branches[:k], branches[k + 1 :]
-            for x, c in self.derivative(branch, more).items():
-                add(found, {self.of.number(kind, *others[0], x, *others[1]): self.one}, c)
+            for x, c in self.derivative(tree_of(branch), more).items():
+                add(found, {self.of.number(kind, *others[0], like(branch, x), *others[1]): self.one}, c)
         return found
 
     def of_series(self, series: Series, w: int) -> Level:
@@ -231,6 +238,9 @@ def _second(along: Along, field: tuple[Series, Series], top: int) -> Series:
     return found
 
 
+Product = tuple[int, tuple[int, ...], Any]  # a weight, branches, and a factor
+
+
 @dataclass
 class Substituted:
     """Trees with a series in place of v."""
@@ -244,17 +254,30 @@ class Substituted:
         kind, branches = self.of.keys[tree]
         if kind in "uv":
             return {tree: self.one} if kind == "u" and w == 0 else self.v[w] if kind == "v" else {}
-        own = {"C": 1}.get(kind, 2)
-        products: list[tuple[int, tuple[int, ...], Any]] = [(own, (), self.one)]
+        products: list[Product] = [({"C": 1}.get(kind, 2), (), self.one)]
         for branch in branches:
+            less, first = int(branch < 0), self.of.weights[tree_of(branch)]
             products = [
-                (weight + more, (*chosen, x), c * factor)
+                (weight + more - less, (*chosen, like(branch, x)), c * factor)
                 for weight, chosen, factor in products
-                for more in range(self.of.weights[branch], w - weight + 1)
-                for x, c in self.level(branch, more).items()
+                for more in range(first, w - weight + less + 1)
+                for x, c in self.level(tree_of(branch), more).items()
             ]
         found: Level = {}
-        for weight, chosen, factor in products:
-            if weight == w:
-                add(found, {self.of.number(kind, *chosen): factor}, self.one)
+        times = 0
+        while products:
+            for weight, chosen, factor in products:
+                if weight == w:
+                    add(found, {self.of.number(kind, *chosen): factor}, self.one)
+            times += 1
+            products = self._by_rate(products, w, times) if kind == "N" and self.of.rates else []
         return found
+
+    def _by_rate(self, products: list["Product"], w: int, times: int) -> list["Product"]:
+        """One more branch of the force's own velocity, as far as that is another than v: a term of Taylor's series."""
+        return [
+            (weight + more - 1, (*chosen, ~x), c * factor * QQ(1, times))
+            for weight, chosen, factor in products
+            for more in range(2, w - weight + 2)
+            for x, c in (self.v[more] if more < len(self.v) else {}).items()
+        ]

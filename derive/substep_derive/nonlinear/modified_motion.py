@@ -1,26 +1,26 @@
 """Modified equation x scene -> its terms in coordinates and rates, and how functions of these change."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from math import prod
 from typing import Any
 
-from sympy import Expr, Integer, Matrix, lambdify, zeros
+from sympy import Expr, Integer, Matrix, eye, lambdify, zeros
 
 from ..algebra.algebraic import closed_form, generator
 from ..declare.errors import DeclarationError
 from ..declare.parameter_set import ParameterSet
 from ..declare.scene import Scene
 from ..declare.scheme import Scheme
-from ..declare.symbols import N_discrete, sampled
-from ..motion.equations import EquationsOfMotion
+from ..declare.symbols import N_discrete, sampled, t
+from ..motion.equations import EquationsOfMotion, solved
 from ..oscillator.evaluation import Evaluation
 from ..step.step import Step
 from .modified import ModifiedEquation, modified_equation
 from .modified_energy import ModifiedEnergy, Scalar, Scalars, leading_loss, modified_energy
-from .trees import Level
+from .trees import Level, tree_of
 
 DIGITS = 40  # of an irrational parameter, whose powers may cancel, before a function of floats is made
 
@@ -29,8 +29,8 @@ DIGITS = 40  # of an irrational parameter, whose powers may cancel, before a fun
 class ModifiedMotion:
     """The motion of a scene that a scheme computes, as the exact motion of another equation.
 
-    Raises DeclarationError for a scene that has more than a constant mass, a constant damping and a force of the
-    coordinates, and for a scheme of discrete gradients on several coordinates.
+    Raises DeclarationError for a scene with loads, laws, reactions or forces that depend on time, and for a scheme of
+    discrete gradients on several coordinates.
     """
 
     equation: ModifiedEquation
@@ -39,23 +39,29 @@ class ModifiedMotion:
     @classmethod
     def of(cls, scheme: Scheme, scene: Scene, top: int | None = None, **parameters: Any) -> "ModifiedMotion":
         """At exact parameters, those not given at their defaults; top: as of `modified_equation`."""
-        damped = not EquationsOfMotion(scene).damping.is_zero_matrix
-        return cls(modified_equation(Evaluation.at(ParameterSet.of(scheme, None, parameters)), top, damped), scene)
+        motion = EquationsOfMotion(scene)
+        at, damped = Evaluation.at(ParameterSet.of(scheme, None, parameters)), not motion.damping.is_zero_matrix
+        return cls(modified_equation(at, top, damped, motion.moves or motion.of_rates), scene)
 
     @classmethod
     def to_its_loss(cls, scheme: Scheme, scene: Scene, **parameters: Any) -> "ModifiedMotion":
         """Up to the lowest power at which energy is lost or gained, and at least the two terms of `of`."""
         found = cls.of(scheme, scene, **parameters)
-        further = leading_loss(found.equation.evaluation) if found.equations.conserves else None
+        of_potential = found.equations.conserves and not found.equation.of.rates
+        further = leading_loss(found.equation.evaluation) if of_potential else None
         return found if further is None else cls(further.equation, scene)
 
     def __post_init__(self) -> None:
         found, scheme = self.equations, self.equation.evaluation.scheme
-        more = found.general or self.scene.laws or found.of_rates or not found.load.subs(sampled, 0).is_zero_matrix
-        if more:
+        in_time = self._force.has(t) or not found.load.subs(sampled, 0).is_zero_matrix
+        if self.scene.multipliers or self.scene.laws or in_time:
             raise DeclarationError(
-                f"{self.scene.name}: expected a constant mass and damping, forces of the coordinates, and no load, "
-                "law, constraint or contact, for the modified equation"
+                f"{self.scene.name}: expected masses and forces without time, and no load, law, constraint or contact, "
+                "for the modified equation"
+            )
+        if (found.moves or found.of_rates) and not self.equation.of.rates:
+            raise DeclarationError(
+                f"{self.scene.name}: expected a constant mass and damping, or the modified equation with rates=True"
             )
         if not found.damping.is_zero_matrix and not self.equation.of.damping:
             raise DeclarationError(
@@ -74,8 +80,16 @@ class ModifiedMotion:
 
     @cached_property
     def _unit(self) -> Matrix:
-        """The inverse of the mass."""
-        return self.equations.mass.inv()
+        """The inverse of the mass, by which the force is multiplied where it is not that per unit mass already."""
+        return eye(len(self.equations.coordinates)) if self.equation.of.rates else self.equations.mass.inv()
+
+    @cached_property
+    def _force(self) -> Matrix:
+        """The force (d, 1) of the coordinates; minus the acceleration, of these and the rates, where it is of both."""
+        q = self.equations.coordinates
+        if not self.equation.of.rates:
+            return self.equations.force(q)
+        return solved(*self.equations.equation(q, self.scene.rates, t))
 
     @cached_property
     def _values(self) -> dict[int, Matrix]:
@@ -105,19 +119,19 @@ class ModifiedMotion:
 
     def _contracted(self, branches: tuple[int, ...]) -> Matrix:
         """The force's derivative along these trees (d, 1)."""
-        d = range(len(self.equations.coordinates))
-        along = [self.value(branch) for branch in branches]
-        total = zeros(len(d), 1)
-        for chosen in product(d, repeat=len(along)):
-            total += self._slope(tuple(sorted(chosen))) * prod(x[k] for k, x in zip(chosen, along, strict=True))
+        d = len(self.equations.coordinates)
+        along = [self.value(tree_of(branch)) for branch in branches]
+        places = [range(d) if branch >= 0 else range(d, 2 * d) for branch in branches]
+        total = zeros(d, 1)
+        for chosen in product(*places):
+            total += self._slope(tuple(sorted(chosen))) * prod(x[k % d] for k, x in zip(chosen, along, strict=True))
         return total
 
     def _slope(self, places: tuple[int, ...]) -> Matrix:
-        """The force's derivative by the coordinates at these places, in ascending order."""
+        """The force's derivative by the coordinates and rates at these places, in ascending order."""
         if places not in self._slopes:
-            q = self.equations.coordinates
-            whole = self._slope(places[:-1]).diff(q[places[-1]]) if places else self.equations.force(q)
-            self._slopes[places] = whole
+            by = (*self.equations.coordinates, *self.scene.rates)
+            self._slopes[places] = self._slope(places[:-1]).diff(by[places[-1]]) if places else self._force
         return self._slopes[places]
 
     def terms(self) -> dict[int, Matrix]:
@@ -133,9 +147,7 @@ class ModifiedMotion:
     def energy(self) -> ModifiedEnergy:
         """The modified energy on every potential. Raises DeclarationError for a scheme or a scene that has none."""
         if not self.equations.conserves:
-            raise DeclarationError(
-                f"{self.scene.name}: expected forces with a potential, and no others, for a modified energy"
-            )
+            raise self._no_energy
         found = modified_energy(self.equation)
         if found is None:
             scheme = self.equation.evaluation.scheme.name
@@ -147,13 +159,33 @@ class ModifiedMotion:
 
     @property
     def kept(self) -> dict[int, Expr]:
-        """Power of h -> what stands beside it in the modified energy, besides the scene's."""
+        """Power of h -> what stands beside it in the modified energy, besides the scene's.
+
+        None are known where forces have rates.
+        """
+        if self.equation.of.rates:
+            return {}
         return {power: self._scalars(scalars) for power, scalars in self.energy.terms.items()}
 
     @property
     def energy_rates(self) -> dict[int, Expr]:
-        """Power of h -> what stands beside it in the rate of the modified energy."""
-        return {power: self._scalars(scalars) for power, scalars in self.energy.rates.items()}
+        """Power of h -> what stands beside it in the rate of the modified energy.
+
+        Where forces have rates it is that of the scene's energy, at the powers that are right along the exact
+        motion: from the first one, p, up to 2 p - 1, since the computed motion differs from it by h^p.
+        """
+        if not self.equation.of.rates:
+            return {power: self._scalars(scalars) for power, scalars in self.energy.rates.items()}
+        if not self.equations.conserves:
+            raise self._no_energy
+        X_u, X_v = self.equation.field
+        wrong = [power for power in range(1, self.equation.top + 1) if X_u[power + 1] or X_v[power + 2]]
+        return self.rates(self.equations.energy, [power for power in wrong if power < 2 * wrong[0]])
+
+    @property
+    def loss(self) -> int | None:
+        """The lowest power at which energy is lost or gained for good, where that is known."""
+        return None if self.equation.of.rates else self.energy.loss
 
     def function(self, e: Expr) -> Callable[..., float]:
         """An expression as a function of floats: the scene's parameters, coordinates and rates, one after another."""
@@ -171,15 +203,21 @@ class ModifiedMotion:
         *others, last = s
         return self._contracted(tuple(others)).dot(self.value(last))
 
-    def rates(self, quantity: Expr) -> dict[int, Expr]:
+    @property
+    def _no_energy(self) -> DeclarationError:
+        return DeclarationError(
+            f"{self.scene.name}: expected forces with a potential, and no others, for a modified energy"
+        )
+
+    def rates(self, quantity: Expr, powers: Iterable[int] | None = None) -> dict[int, Expr]:
         """Power of h -> what stands beside it in d/dt of a function of the reported coordinates and rates.
 
-        The power 0 is the exact rate, which is 0 where the quantity is conserved.
+        powers: if not given, all that are known. The power 0 is the exact rate, 0 where the quantity is conserved.
         """
         by_u, by_v = (Matrix([quantity]).jacobian(x) for x in (self.equations.coordinates, self.scene.rates))
         X_u, X_v = self.equation.field
         found: dict[int, Expr] = {}
-        for power in range(self.equation.top + 1):
+        for power in range(self.equation.top + 1) if powers is None else powers:
             total = by_u * self._sum(X_u[power + 1]) + by_v * self._sum(X_v[power + 2])
             found[power] = total[0]
         return found

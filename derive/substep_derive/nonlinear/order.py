@@ -19,9 +19,11 @@ from ..oscillator.evaluation import Evaluation
 from ..oscillator.order import AtLeast, Triple
 from .parasitic import annihilator, first_parasitic
 from .step import StepSeries, exact, lag
-from .trees import Level, Series, Trees, flow, trees
+from .trees import Level, Series, Trees, flow
 
 HIGHEST_WEIGHT = 10  # of trees: enough to see that a scheme is of order 8, and not of order 9
+HIGHEST_MIXED = 6  # with derivatives of the mass: enough for order 4
+HIGHEST_OF_RATES = 7  # where forces have rates, with many more trees: enough for order 5
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,20 @@ def nonlinear_order(evaluation: Evaluation) -> NonlinearOrder:
     return NonlinearOrder(*found, uva, errors)
 
 
+def order_of_rates(evaluation: Evaluation, *, mixed: bool = False) -> tuple[Triple, tuple[Error, ...]]:
+    """The orders of u, v, a on M(u) u'' = F(u, u'), and for each a tree that is wrong, as of `NonlinearOrder.errors`.
+
+    Balances are read as mixtures of accelerations M(u)^-1 F(u, v) at knots, under which the equation is u'' = g(u, u'),
+    with a load f(t) beside it (Arnold & Bruels, Multibody Syst. Dyn. 18 (2007) 185-202); `march` reads them so. mixed:
+    as mixtures of forces of inertia M(u) a, without a load.
+
+    Raises DeclarationError for a scheme of which it is not known at which velocities it takes forces, or that mixes
+    more than accelerations, and InconsistentScheme as `nonlinear_order`.
+    """
+    step = StepSeries(evaluation, rates=True, mixed=mixed)
+    return _order(step, (False, not mixed), HIGHEST_MIXED if mixed else HIGHEST_OF_RATES, {})
+
+
 def _order(
     step: StepSeries, kind: tuple[bool, bool], highest: int, seen: dict[int, Errors]
 ) -> tuple[Triple, tuple[Error, ...]]:
@@ -76,7 +92,7 @@ def _order(
             absent = [mark for mark, there in zip("Cf", kind, strict=True) if not there]
             errors = [[pair for pair in own if not any(x in pair[1].tree for x in absent)] for own in seen[weight]]
         else:
-            errors = _errors(step, trees(*kind, step.reads_tangent), weight)
+            errors = _errors(step, step.trees(*kind), weight)
         if kind == (True, True):
             seen[weight] = errors
         lasting = min((order for own in errors for order, e in own if e.growth), default=weight)

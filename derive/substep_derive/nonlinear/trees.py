@@ -10,6 +10,11 @@ with h the time step, the trees and their weights (the power of h) are
     K[x]              h^2 K0 x, 2 + that of x       N[x, y, ...]      h^2 N^(m)(u)(x, y, ...), 2 + those of x, y, ...
 
 K0, the tangent stiffness at the start of a run, is a constant that has nothing to do with N at a later displacement.
+
+Where forces depend on rates in any way, as they do where the mass moves with the position, u'' = -N(u, u') + f(t), and
+N[x, ...; y, ...] is h^2 times the derivative of N by u along x, ... and by u' along y/h, ...: y weighs one less there.
+It stands in place of C. A branch y of that kind is written as ~y, a negative number. Where forces of inertia at other
+displacements are asked for, M[x; y, ...] is M(u)^-1 times the derivative of M along y, ..., times x.
 """
 
 from dataclasses import dataclass
@@ -31,10 +36,13 @@ class Grown:
 
 
 class Trees:
-    """All trees of an equation with or without damping C, load f and start tangent K0, numbered by ascending weight."""
+    """All trees of an equation with or without damping C, load f and start tangent K0, numbered by ascending weight.
 
-    def __init__(self, damping: bool, load: bool, tangent: bool) -> None:
-        self.damping, self.load, self.tangent = damping, load, tangent
+    rates: whether N depends on rates. mass: whether there are derivatives of M.
+    """
+
+    def __init__(self, damping: bool, load: bool, tangent: bool, rates: bool = False, mass: bool = False) -> None:
+        self.damping, self.load, self.tangent, self.rates, self.mass = damping, load, tangent, rates, mass
         self.keys: list[Key] = []
         self.weights: list[int] = []
         self.levels: list[list[int]] = []
@@ -61,13 +69,29 @@ class Trees:
             if w == 2:
                 self._new(("N", ()), w)
             for branch in range(1, w - 1):
-                shorter = [n for n in self.levels[w - branch] if self.keys[n][0] == "N"]
-                for last in self.levels[branch]:
-                    for n in shorter:
-                        branches = self.keys[n][1]
-                        if not branches or branches[-1] <= last:
-                            tree = self._new(("N", (*branches, last)), w)
-                            self.forces[w].append(Grown(tree, n, last, branches.count(last) + 1))
+                self._grow_forces(w, branch)
+                if self.mass:
+                    self._grow_mass(w, branch)
+
+    def _grow_forces(self, w: int, branch: int) -> None:
+        """Number N[..., last] of weight w for all `last` that add that weight."""
+        shorter = [n for n in self.levels[w - branch] if self.keys[n][0] == "N"]
+        by_rate = sorted(~y for y in self.levels[branch + 1]) if self.rates else []
+        for last in (*by_rate, *self.levels[branch]):
+            for n in shorter:
+                branches = self.keys[n][1]
+                if not branches or branches[-1] <= last:
+                    tree = self._new(("N", (*branches, last)), w)
+                    self.forces[w].append(Grown(tree, n, last, branches.count(last) + 1))
+
+    def _grow_mass(self, w: int, branch: int) -> None:
+        """Number M[x; ..., last] of weight w for all `last` of that weight."""
+        for last in self.levels[branch]:
+            for n in list(self.levels[w - branch]):
+                kind, branches = self.keys[n]
+                self._new(("M", (n, last)), w)
+                if kind == "M" and branches[-1] <= last:
+                    self._new(("M", (*branches, last)), w)
 
     def _new(self, key: Key, weight: int) -> int:
         number = len(self.keys)
@@ -78,8 +102,12 @@ class Trees:
         return number
 
     def number(self, kind: str, *branches: int) -> int:
-        """The number of the tree of that kind ("u", "v", "f", "C", "K", "N") with these branches, in any order."""
-        return self._numbers[kind, tuple(sorted(branches))]
+        """The number of the tree of that kind ("u", "v", "f", "C", "K", "N") with these branches, in any order.
+
+        Of "M" it is what M multiplies that comes first.
+        """
+        first = int(kind == "M")
+        return self._numbers[kind, (*branches[:first], *sorted(branches[first:]))]
 
     def rate(self, tree: int) -> dict[int, int]:
         """h times the derivative of a tree by time along the exact motion: tree -> whole number."""
@@ -97,10 +125,13 @@ class Trees:
             return found | ({self.number("f", 0): 1} if self.load else {})
         if kind == "f":
             return {self.number("f", branches[0] + 1): 1}
-        found = {self.number("N", *branches, V): 1} if kind == "N" else {}
+        found = {self.number(kind, *branches, V): 1} if kind in "NM" else {}
+        found |= {self.number("M", self.number(kind, *branches), V): -1} if kind == "M" else {}
+        if kind == "N" and self.rates:
+            found |= {self.number("N", *branches, ~x): c for x, c in self.rate(V).items()}
         for k, branch in enumerate(branches):
-            for x, c in self.rate(branch).items():
-                after = self.number(kind, *branches[:k], x, *branches[k + 1 :])
+            for x, c in self.rate(tree_of(branch)).items():
+                after = self.number(kind, *branches[:k], like(branch, x), *branches[k + 1 :])
                 found[after] = found.get(after, 0) + c
         return found
 
@@ -109,13 +140,29 @@ class Trees:
         kind, branches = self.keys[tree]
         if kind in "uv":
             return kind
-        return f"f_{branches[0]}" if kind == "f" else f"{kind}[{', '.join(map(self.text, branches))}]"
+        if kind == "f":
+            return f"f_{branches[0]}"
+        if kind == "M":
+            along, by_rate = [self.text(branches[0])], [self.text(x) for x in branches[1:]]
+        else:
+            along, by_rate = ([self.text(tree_of(x)) for x in branches if (x < 0) == rate] for rate in (False, True))
+        return f"{kind}[{'; '.join(', '.join(part) for part in (along, by_rate) if part or part is along)}]"
+
+
+def tree_of(branch: int) -> int:
+    """The tree of a branch, along which a force is derived by u or by u'."""
+    return max(branch, ~branch)
+
+
+def like(branch: int, tree: int) -> int:
+    """A tree as a branch of the same kind as another."""
+    return tree if branch >= 0 else ~tree
 
 
 @cache
-def trees(damping: bool, load: bool, tangent: bool) -> Trees:
+def trees(damping: bool, load: bool, tangent: bool, rates: bool = False, mass: bool = False) -> Trees:
     """The trees of an equation, which every scheme shares."""
-    return Trees(damping, load, tangent)
+    return Trees(damping, load, tangent, rates, mass)
 
 
 Level = dict[int, Any]  # tree -> number, of one weight

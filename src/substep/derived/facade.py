@@ -219,7 +219,7 @@ def modified_energy(
 
     found = ModifiedMotion.to_its_loss(find(scheme), find_scene(scene), **dict(given))
     kept, rates = ({power: found.function(e) for power, e in part.items()} for part in (found.kept, found.energy_rates))
-    return ModifiedEnergy(kept, rates, found.energy.loss)
+    return ModifiedEnergy(kept, rates, found.loss)
 
 
 def turning(name: "str | Declaration", **parameters: Any) -> "Turning":

@@ -23,8 +23,9 @@ class EnergyDrift(Exported):
     """Prediction for any step h that resolves the motion, at the times t (n + 1,), s.
 
     E0: energy at the start, J. lost, swing: power of h -> (n + 1,), J/s^power: how much energy the scheme has lost
-    since t = 0, negative where it has gained, and how much less it reports for the time being than it keeps. loss: the
-    lowest power at which energy is lost or gained for good, None where none was found.
+    since t = 0, negative where it has gained, and how much less it reports for the time being than it keeps. Where the
+    mass moves or forces depend on rates both are in `lost`, at the leading powers only. loss: the lowest power at which
+    energy is lost or gained for good, None where none was found.
     """
 
     axes: ClassVar = {"t": ("t",), "lost": ("power_lost", "t"), "swing": ("power_swing", "t")}
@@ -58,8 +59,8 @@ def energy_drift(model: Any, scheme: Any, *, t_end: float) -> EnergyDrift:
     only. R is integrated along the scene's exact motion. This holds where steps resolve the motion and as long as the
     loss is small beside the energy; what the start adds in the first steps, once, is not in it.
 
-    Raises ValueError for a scene with a load, with lanes or with more than forces of a potential on a constant mass,
-    and for a scheme without a modified energy.
+    Raises ValueError for a scene with a load or lanes; DeclarationError for one that does not keep its energy, for
+    constraints and contacts, and for a scheme without a modified energy.
 
     >>> found = ss.energy_drift(ss.scene("duffing", k=1.0, eps=0.1, u0=1.0), "bathe", t_end=100.0)
     >>> found.loss, found.rate(0.1) > 0  # lost with the third power of the step
