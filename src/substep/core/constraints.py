@@ -199,13 +199,24 @@ def require_allowed(scene: _Held, t: float, u: Array, v: Array) -> None:
         if c and abs(values[worst]) > ALLOWED * scale:
             raise ValueError(
                 f"expected a start that the constraints of {scene.name} allow, got {what} off by {values[worst]:.3g} "
-                f"across '{names[worst]}'; correct it, or march from start=scene.allowed(u, v), the nearest one"
+                f"across '{names[worst]}'; correct it{_nearest(scene, t, u, v)}, or march from "
+                "start=scene.allowed(u, v), the nearest one"
             )
     for name, beyond in zip(scene.info.contacts, off[0][c:], strict=False):
         if beyond > ALLOWED * scales[0]:
             raise ValueError(
                 f"expected a start with gaps of 0 or more in {scene.name}, got {-beyond:.3g} of '{name}'; start outside"
             )
+
+
+def _nearest(scene: _Held, t: float, u: Array, v: Array) -> str:
+    """The nearest start that is allowed, in words; nothing where there is none near."""
+    try:
+        there = nearest(scene, t, u, v)
+    except ValueError:
+        return ""
+    numbers = (f"{kind} = [{', '.join(f'{x:.12g}' for x in values)}]" for kind, values in zip("uv", there, strict=True))
+    return f" to {' and '.join(numbers)}"
 
 
 def _require_independent(scene: _Held, names: Sequence[str], G: Array, matrix: Array) -> None:
