@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from .core import extras
 from .core.exports import load
+from .core.independent import Independent, independent
 from .core.laws import Law, law, laws
 from .core.loads import HalfSine, Harmonic, Record, Step
 from .core.response import Response
@@ -69,6 +70,7 @@ __all__ = [
     "EnergyDrift",
     "HalfSine",
     "Harmonic",
+    "Independent",
     "Law",
     "ModalDamping",
     "Modes",
@@ -84,6 +86,7 @@ __all__ = [
     "design_spectrum",
     "energy_drift",
     "incremental_dynamic_analysis",
+    "independent",
     "inelastic_spectrum",
     "intensity",
     "law",

@@ -227,7 +227,8 @@ def _require_independent(scene: _Held, names: Sequence[str], G: Array, matrix: A
         involved = [name for name, x in zip(names, rows[rank], strict=True) if abs(x) > 1e-6]
         raise ValueError(
             f"expected independent constraints of {scene.name}, got {rank} independent of {len(names)} at the start: "
-            f"{', '.join(involved)} repeat each other there; leave one out, or start elsewhere"
+            f"{', '.join(involved)} repeat each other there; leave one out, start elsewhere, or march the scene of "
+            "ss.independent(declaration), which leaves out what repeats others"
         )
     if np.linalg.matrix_rank(matrix) < len(matrix):
         free = np.abs(np.linalg.svd(matrix)[2][-1, : len(scene.coordinates)])
