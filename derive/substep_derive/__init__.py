@@ -17,6 +17,7 @@ from .declare.tableau import nystrom, tableau
 from .estimate.analysis import NoEstimator
 from .estimate.estimator import Estimate, Estimator, estimator
 from .motion.turning import Turning, turning
+from .motion.turning_threshold import TurningThreshold, turning_threshold
 from .nonlinear.modified import ModifiedEquation
 from .nonlinear.modified_energy import ModifiedEnergy
 from .nonlinear.modified_motion import ModifiedMotion
@@ -65,6 +66,7 @@ __all__ = [
     "Scheme",
     "StructuresCertificate",
     "Turning",
+    "TurningThreshold",
     "acceleration",
     "before",
     "certify",
@@ -88,5 +90,6 @@ __all__ = [
     "t",
     "tableau",
     "turning",
+    "turning_threshold",
     "xi",
 ]

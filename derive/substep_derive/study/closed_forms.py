@@ -12,6 +12,7 @@ from ..declare.errors import DeclarationError, InconsistentScheme
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, mu, xi
 from ..motion.turning import turning
+from ..motion.turning_threshold import turning_threshold
 from ..oscillator.energy import NoEnergy, spurious
 from ..oscillator.spectrum import limit_polynomial
 from ..stability.paper import PRINTER, as_in_paper, in_powers
@@ -229,6 +230,11 @@ def _turning(d: Derivation) -> Iterator[ClosedForm]:
         )
     if found.product is not None:
         yield ClosedForm(section, "they grow iff Omega tau exceeds", found.product)
+    if found.at_infinity and found.at_infinity[0][0] < 1:
+        try:
+            yield ClosedForm(section, "on a rigid bar, by ball arithmetic", turning_threshold(d.scheme).text)
+        except ImportError as error:
+            yield ClosedForm(section, "refused", str(error))
 
 
 def _short(number: Expr) -> Expr:

@@ -39,7 +39,9 @@ def growth(s: Scheme, Omega: ArrayLike, tau: ArrayLike) -> Array:
 
     Omega: h times the axial angular frequency, inf for a rigid bar; tau: the angle in rad by which the bar turns in a
     step, up to `FARTHEST`. They and the scheme's parameters broadcast. The factor is that of steady turning; where the
-    motion itself is slowed down by the scheme tau falls. inf: an explicit scheme on a rigid bar.
+    motion itself is slowed down by the scheme tau falls. inf: an explicit scheme on a rigid bar. The two eigenvalues
+    nearest to 1 are taken for the motion across the bar, which for some schemes, as rho_inf_bathe, others come near to
+    below `FARTHEST` already; `substep_derive.turning_threshold` says up to where they are told apart, with proof.
 
     Raises DeclarationError for a scheme whose forces have no direction of the bar: a discrete gradient, or
     coefficients from the stiffness at the start; ValueError for Omega that is not above 0, and tau that is not finite.
