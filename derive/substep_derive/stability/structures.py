@@ -40,6 +40,7 @@ from .hurwitz import Parts, Spectrum, Verdict, bilinear, tidy, verdict
 from .structure_form import BalanceForm, MultiStepForm, OperatorForm, Rows
 from .structure_growth import Structure, as_text, candidates, growing, oscillator, where
 from .structure_multiplier import Multiplier
+from .structure_transient import transient
 
 POLYA = 8  # factors 1 + x + y that are tried to make all coefficients of one sign
 PROVED, BOUND, REFUTED, OPEN = "proved", "proved under a bound", "refuted", "open"
@@ -52,7 +53,8 @@ class StructuresCertificate:
 
     verdict: "proved", "proved under a bound", "refuted" or "open". argument: why, in a sentence. bound: (W, D) such
     that h^2 K/W + h C/D < M suffices; D None: h^2 K < W M. growing: (M, h C, h^2 K) on which the scheme grows,
-    rational, verified exactly. text: all of it, with the form of the step.
+    rational, verified exactly. transient: how far the energy of free motion may rise for a while, in words, where it is
+    stable. text: all of it, with the form of the step.
     """
 
     scheme: str
@@ -62,6 +64,7 @@ class StructuresCertificate:
     bound: Limits | None = None
     growing: Structure | None = None
     form: tuple[str, ...] = field(default=(), repr=False)
+    transient: str = field(default="", repr=False)
 
     @cached_property
     def text(self) -> str:
@@ -70,6 +73,7 @@ class StructuresCertificate:
         lines = [f"{values}; every M > 0, C >= 0, K >= 0", f"Result: {self.verdict}", *self.form, self.argument]
         if self.bound is not None:
             lines.append(f"Bound: {bound_text(self.bound)}")
+        lines.append(f"Transient growth: {self.transient}")
         if self.growing is not None:
             lines += [
                 f"{name} = {as_text(part)}" for name, part in zip(("M", "h C", "h^2 K"), self.growing, strict=True)
@@ -118,7 +122,19 @@ class _Decision:
 
     def _found(self, verdict: str, argument: str, **more: Any) -> StructuresCertificate:
         values = self.parameters.parameters
-        return StructuresCertificate(self.scheme.name, values, verdict, argument, form=tuple(self._form), **more)
+        return StructuresCertificate(
+            self.scheme.name, values, verdict, argument, form=tuple(self._form),
+            transient=self._transient(verdict, more.get("bound")), **more,
+        )  # fmt: skip
+
+    def _transient(self, verdict: str, bound: Limits | None) -> str:
+        if verdict == REFUTED:
+            return "unbounded: there is a structure on which the scheme is not stable."
+        if not self.scheme.takes_damping:
+            return "that of its undamped modes, `derive(scheme).energy.gained`."
+        if verdict == OPEN and not (self.undamped.stable and self._oscillators.stable_for_all_xi):
+            return "open; not searched, for there are oscillators on which the scheme is not stable."
+        return transient(self.parameters, self.rows, every_step=verdict == PROVED, bound=bound)
 
     @cached_property
     def undamped(self) -> Certificate:
