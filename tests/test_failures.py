@@ -13,7 +13,7 @@ from substep.derived.facade import rigid_energy
 from substep.exact.periods import period as exact_period
 from substep.marching.scene_lanes import Lanes, march_lanes
 from substep.studies import failures
-from substep.studies.failures import contact, linear, maps, outcomes, rounding, table
+from substep.studies.failures import contact, linear, maps, outcomes, rounding, stiff_bars, table
 
 NEWTON = STATUSES.index("newton_failed")
 
@@ -210,6 +210,32 @@ def test_map_equals_single_marches() -> None:
         if r.status == "completed":  # how a run fails is chaos: the last bit decides when
             assert outcome.max_ratio[k] == pytest.approx(ratio, rel=1e-9)
             assert end[k] == pytest.approx(r.energy[-1] / where.E0, rel=1e-9)
+
+
+@pytest.mark.filterwarnings("ignore:.*has gained energy:UserWarning")
+def test_stiff_bars_are_predicted_by_the_closed_form_and_observed_by_marches() -> None:
+    """Of the trapezoidal rule exp(sqrt(tau^2 - 16/Omega^2)) a step where h^2 omega theta' > 4; 1 below."""
+    EA, h = 1e9, np.geomspace(5e-3, 0.1, 8)
+    found = stiff_bars.cells(ss.scheme("average_acceleration"), EA, h)
+    where, rate, omega = ss.scene("elastic_pendulum", EA=EA, a0="consistent"), 7.72 / 3.0443, (EA / 30.443) ** 0.5
+    n = [min(math.floor(10 / x + 1e-9), 500) for x in h]
+    logarithm = np.sqrt(np.maximum((rate * h) ** 2 - 16 / (omega * h) ** 2, 0))
+    assert [cell.predicted for cell in found] == (n * logarithm > np.log(0.1 * omega / rate)).tolist()
+    assert {cell.predicted for cell in found} == {True, False}
+    for k, cell in enumerate(found):
+        r = ss.march(where, "average_acceleration", h[k], n[k] * h[k], energy_bound=1e3 * where.E0)
+        failed = r.status != "completed" or r.energy.max() > 1.01 * where.E0
+        assert failed == (cell.word != "survived") == (cell.predicted != (not cell.agrees))
+
+
+@pytest.mark.thorough
+def test_stiff_bars_are_drawn(tmp_path: Path) -> None:
+    found = stiff_bars.over_stiffness(tmp_path)
+    assert {cell.scheme for cell in found} == {*outcomes.QUICK} - {"energy_momentum"}
+    assert np.mean([cell.agrees for cell in found]) > 0.95
+    lines = (tmp_path / "stiff_bars.csv").read_text().splitlines()
+    assert lines[0] == "scheme,EA,h,predicted,word" and len(lines) == 1 + len(found)
+    assert all((tmp_path / f"stiff_bars.{kind}").stat().st_size > 0 for kind in ("png", "svg"))
 
 
 def test_settled_energy_change_turns_at_the_derived_split() -> None:

@@ -14,12 +14,14 @@ from .maps import MAPS, draw, trapezoidal_rule
 from .outcomes import WORDS, Outcome, judge
 from .plane import failure_map
 from .rounding import round_off, separatrix
+from .stiff_bars import over_stiffness
 from .table import CASES, Row, picture, rows_of
 
 __all__ = ["WORDS", "BarRow", "Outcome", "Row", "battery", "count", "failure_map", "joined", "judge", "part", "summary"]
 
 ITEMS: tuple[Callable[[Path, bool], Any], ...] = (
     trapezoidal_rule,
+    over_stiffness,
     limits_crossed,
     overshoot,
     alternating_steps,
