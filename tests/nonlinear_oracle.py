@@ -25,6 +25,7 @@ import tables
 from designed_oracle import fourth_order, free_fourth_order, root_near, third_order
 from further_oracle import FurtherSteps
 from lines import Array, Line, Row, newmark_line, norm, same_line, solve
+from predictor_oracle import PredictorSteps
 
 TRAPEZOID = {"beta": 1 / 4, "gamma": 1 / 2}
 MEMBERS = {  # name: the method that steps it, with these parameters fixed
@@ -89,7 +90,7 @@ def slope(force: Callable[[Array], Array], u: Array) -> Array:
     return np.array([(force(u + e) - force(u - e)) / (2 * shift) for e in shift * np.eye(len(u))]).T
 
 
-class Run(FurtherSteps):
+class Run(FurtherSteps, PredictorSteps):
     """One run; a method with the name of a scheme returns the row at t + h from the rows up to t."""
 
     def __init__(self, name: str, parameters: dict[str, float], s: System, h: float, given: Row):

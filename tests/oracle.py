@@ -41,8 +41,9 @@ PARAMETERS = {  # of schemes that take some; others of theirs follow from these
     "collocation": "theta beta gamma", "explicit_generalized_alpha": "alpha_m alpha_f beta gamma", "zhai": "psi phi",
     "kim_two_stage": "gamma_t", "three_substep_third_order": "rho_inf", "four_substep": "rho_inf", "chung_lee": "beta",
     "oess": "rho_inf", "ss22": "theta_1 theta_2", "ss32": "theta_1 theta_2 theta_3",
-
-    "gui_lambda": "lambda_g",
+    "gui_lambda": "lambda_g", "lsrt2": "gamma",
+    "alpha_os": "alpha",
+    "fully_explicit_generalized_alpha": "rho_inf",
     "mkr_alpha": "rho_inf", "trapezoid_trapezoid_backward": "cubic",
     "gsse": "rho_b rho_s", "tarnow_simo": "weight", "bdf_alpha": "alpha",
     **dict.fromkeys(("gssss_u0", "gssss_v0"), "rho_1 rho_2 rho_3"),

@@ -121,6 +121,17 @@ def esdirk43() -> Table:
     return A, A[-1], c
 
 
+def sdirk4() -> Table:
+    A = rows(
+        """1/4 0 0 0 0
+        0.5 1/4 0 0 0
+        0.34 -0.04 1/4 0 0
+        371/1360 -137/2720 15/544 1/4 0
+        25/24 -49/48 125/16 -85/12 1/4"""
+    )
+    return A, A[-1], rows("1/4 3/4 11/20 1/2 1")[0]
+
+
 def collocation(*c: Any) -> Table:
     """a_ij and b_j are the integrals of Lagrange's polynomials of these instants, from 0 to c_i and to 1."""
 
@@ -214,6 +225,7 @@ TABLES: dict[str, tuple[Callable[..., Table], str]] = {
     "crouzeix4": (crouzeix4, "gamma"),
     "esdirk32": (esdirk32, "gamma"),
     "esdirk43": (esdirk43, ""),
+    "sdirk4": (sdirk4, ""),
     "gauss2": (lambda: gauss(-1 / MP.sqrt(3), 1 / MP.sqrt(3)), ""),
     "gauss3": (lambda: gauss(*(k * MP.sqrt(MP.mpf(3) / 5) for k in (-1, 0, 1))), ""),
     "radau_iia2": (lambda: ending(collocation(MP.mpf(1) / 3, MP.mpf(1))), ""),

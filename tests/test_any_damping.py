@@ -31,6 +31,7 @@ EXPLICIT = (
         "chung_lee",
         "zhai",
         "gsse",
+        "fully_explicit_generalized_alpha",
     ),
     "tarnow_simo",  # without damping at every Omega, with a large one nowhere
 )

@@ -72,6 +72,8 @@ STEPS = {
     "four_substep": 1000,
     "four_substep_fourth_order": 2200,
     "yoshida6": 150,
+    "sdirk4": 1000,
+    "fully_explicit_generalized_alpha": 40000,
 }
 ROUNDING = {"trbdf3": 3e-8}  # a second difference over thirds of the step
 PARAMETERS = {"kim_two_stage": {"gamma_t": Fraction(2, 5)}}  # the term of h^3 is small beside that of h^4 at 1/3

@@ -19,7 +19,7 @@ OF_COEFFICIENTS = [
     "kr_alpha_plain_start",
     "chang",
     "chen_ricles",
-    *("gui_lambda", "mkr_alpha"),
+    *("gui_lambda", "mkr_alpha", "alpha_os", "lsrt2"),
 ]  # which take C into account at the start only
 M = np.array([[2.0, 0.3], [0.3, 1.0]])
 K = np.array([[12.0, -4.0], [-4.0, 8.0]])

@@ -34,7 +34,7 @@ EXPLICIT = {
         "butcher6",
         "forest_ruth",
         *("chang", "chen_ricles", "chung_lee", "zhai", "beeman", "gsse"),
-        *("gui_lambda", "mkr_alpha"),
+        *("gui_lambda", "mkr_alpha", "fully_explicit_generalized_alpha", "lsrt2", "alpha_os"),
         *("suzuki", "yoshida6", "rkn43", "rkn64", "stoermer_extrapolation"),
     ),
 }

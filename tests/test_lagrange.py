@@ -44,11 +44,11 @@ GENERAL = {s.name for s in lagrange.ALL if EquationsOfMotion(s).general}
 # have M, C, K0 in them
 OF_MATRICES = {
     *("central_difference_lagged", "gholampour", "kr_alpha", "kr_alpha_plain_start", "chang", "chen_ricles"),
-    *("gui_lambda", "mkr_alpha"),
+    *("gui_lambda", "mkr_alpha", "alpha_os", "lsrt2"),
 }
 DISCRETE = {"energy_momentum"}
 INTERPOLATED = {"discontinuous_galerkin_p1"}  # takes the force at two knots that its balances move
-MIXED = {"oess"}  # mixes velocities otherwise than the force
+MIXED = {"oess", "fully_explicit_generalized_alpha"}  # mixes velocities otherwise than the force
 REFUSED = OF_MATRICES | DISCRETE | INTERPOLATED | MIXED | set(UNDAMPED)  # on a mass that moves
 u, w, k, c, m = symbols("u w k c m")
 q1, q2, q3 = coordinates = symbols("q1:4")

@@ -88,6 +88,10 @@ def across(scheme: str, steps: tuple[int, ...] = (40, 80, 160, 320, 640)) -> tup
     return -float(np.polyfit(np.log(steps), np.log(squares), 1)[0]) / 2, float(np.sqrt(squares[-1] / 7))
 
 
+# errors at 80 steps where they are larger than all others': it takes the force at u_0 + h v_0 + 29/27 h^2 a_0
+LARGE = {"fully_explicit_generalized_alpha": 3e-2}
+
+
 @pytest.mark.usefixtures("plainly")
 @pytest.mark.parametrize("scheme", MARCHED)
 def test_order(scheme: str) -> None:
@@ -105,7 +109,8 @@ def test_order(scheme: str) -> None:
         steps = (160, 320, 640, 1280)
     observed, last = across(scheme, steps)
     assert min(expected, 2) - 0.25 < observed < min(expected, 2) + 0.45
-    assert last < (0.3 if min(expected, 2) == 1 else 2e-2) * (80 / steps[-1]) ** min(expected, 2)
+    largest = LARGE.get(scheme, 0.3 if min(expected, 2) == 1 else 2e-2)
+    assert last < largest * (80 / steps[-1]) ** min(expected, 2)
 
 
 @pytest.mark.usefixtures("plainly")

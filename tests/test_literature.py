@@ -5,10 +5,13 @@ from typing import Any
 
 import pytest
 from declared import BY_NAME
-from substep_derive import certify
+from named_elsewhere import MSSTH, explicit_hht, mssth_weights, pefrl, wat2
+from substep_derive import Scheme, certify, derive
+from substep_derive.oscillator.evaluation import Evaluation
+from substep_derive.oscillator.order import order_of
 from substep_derive.stability.all_damping import certify_all_damping
 from substep_derive.study.equivalence import MATRIX, SPECTRUM, equivalences
-from sympy import Rational, Symbol, sqrt
+from sympy import Poly, Rational, Symbol, sqrt
 
 
 @pytest.mark.parametrize(
@@ -43,6 +46,8 @@ def test_structure_dependent_coefficients_that_are_too_soft(scale: str) -> None:
         ("ss32", "wilson_theta", "theta, theta**2, theta**3", MATRIX),
         ("ss22", "newmark", "gamma, 2*beta", SPECTRUM),
         ("gui_lambda", "chen_ricles", "4", MATRIX),
+        ("alpha_os", "hht_alpha", "alpha", MATRIX),
+        ("lsrt2", "sdirk2", "gamma", SPECTRUM),
     ],
 )
 def test_which_schemes_they_are(left: str, right: str, values: str, kind: str) -> None:
@@ -50,3 +55,66 @@ def test_which_schemes_they_are(left: str, right: str, values: str, kind: str) -
     assert (found.left, found.right, found.kind) == (left, right, kind)
     given = found.left_values
     assert ", ".join(str(given[x]) for x in sorted(given, key=lambda s: str(Symbol(str(s))))) == values
+
+
+@pytest.mark.parametrize("n", [3, 4, pytest.param(5, marks=pytest.mark.thorough)])
+def test_mssth_has_its_order_in_free_linear_motion_alone(n: int) -> None:
+    """MSSTH(4) and (5) too are of third order with loads and damping."""
+    scheme = MSSTH[n]
+    assert order_of(Evaluation.at_defaults(scheme), Rational(0)).free[:2] == (n, n)
+    assert derive(scheme).order == derive(scheme).nonlinear.uva == (3, 3, 3)
+    assert abs(derive(scheme).rho_inf.subs(_numbers(scheme)) - Rational(1, 2)) < 1e-25
+
+
+def _numbers(scheme: Scheme) -> dict[Symbol, Any]:
+    """The defaults of rho_inf and of gamma, which is a root, to 30 digits."""
+    rho, gamma = scheme.parameters
+    roots = Poly(gamma.default.equation.subs(rho.symbol, rho.default), gamma.symbol).nroots(n=40)
+    (root,) = [x for x in roots if x.is_real and gamma.domain.contains(x)]
+    return {rho.symbol: rho.default, gamma.symbol: root}
+
+
+def test_weights_of_mssth_are_those_of_the_paper() -> None:
+    """As the paper prints them for n = 3 and 4."""
+    y = Symbol("gamma")
+    three = -(6 * y**3 - 21 * y**2 + 12 * y - 2) / (12 * y**2), -(6 * y**2 - 9 * y + 2) / (6 * y**2)
+    assert all((a - b).cancel() == 0 for a, b in zip(mssth_weights(3), three, strict=False))
+    four = (
+        -(12 * y**4 - 45 * y**3 + 33 * y**2 - 10 * y + 1) / (24 * y**3),
+        -(33 * y**3 - 63 * y**2 + 26 * y - 3) / (24 * y**3),
+    )
+    assert all((a - b).cancel() == 0 for a, b in zip(mssth_weights(4), four, strict=False))
+
+
+def test_pefrl_is_of_order_4_symmetric_and_symplectic() -> None:
+    found = derive(pefrl())
+    assert found.order == found.nonlinear.free == (4, 4, 4)
+    assert found.nonlinear.symmetric.holds and found.nonlinear.symplectic.holds
+    kick = pefrl().parameters[1]
+    roots = Poly(kick.default.equation.subs(Symbol("drift"), Rational("0.1786178958448091")), kick.symbol).nroots(n=30)
+    (root,) = [x for x in roots if x.is_real]
+    assert float(root) == pytest.approx(-0.2123418310626054, abs=1e-15)  # as the paper prints lambda
+    second = (1 - 6 * Rational("0.1786178958448091")) / (24 * root**2)
+    assert float(second) == pytest.approx(-0.06626458266981849, abs=1e-14)  # and chi
+
+
+def test_orders_of_schemes_that_are_not_ours() -> None:
+    assert derive(wat2()).nonlinear.uva == (3, 3, 2)
+    assert derive(explicit_hht()).nonlinear.free[:2] == (2, 2)
+    assert derive(explicit_hht()).nonlinear.uva == (1, 1, 1)
+
+
+def test_what_embedded_weights_of_sdirk4_see_of_a_jump() -> None:
+    """A load of 1 from the instant x of a step on: what it adds to v_1 too much, and to both values apart, over h."""
+    c = [Rational(x) for x in ("1/4", "3/4", "11/20", "1/2", "1")]
+    b = [Rational(x) for x in ("25/24", "-49/48", "125/16", "-85/12", "1/4")]
+    b_hat = [Rational(x) for x in ("59/48", "-17/96", "225/32", "-85/12", "0")]
+
+    def after(x: Any, weights: list[Any]) -> Any:
+        return sum(w for w, place in zip(weights, c, strict=True) if place > x)
+
+    early, late = Rational(1, 4) - Rational(1, 10**9), Rational(21, 40)
+    assert after(early, b) == after(early, b_hat) == 1
+    assert float(after(early, b) - (1 - early)) == pytest.approx(1 / 4)
+    error, seen = after(late, b) - (1 - late), after(late, b) - after(late, b_hat)
+    assert float(error / seen) == pytest.approx(35, abs=0.2)

@@ -20,7 +20,7 @@ x, y = symbols("x y")
 TOP = 5
 READ_START = (  # the tangent stiffness at the start
     *("kr_alpha", "kr_alpha_plain_start", "chang", "chen_ricles"),
-    *("gui_lambda", "mkr_alpha"),
+    *("gui_lambda", "mkr_alpha", "alpha_os", "lsrt2"),
 )
 
 PLANE = Scene(

@@ -28,6 +28,7 @@ u1, v1, a1 = end = knot(1)
 # from there on the first term of the error in v is the largest
 STEPS = {("bdf4", "pushed_bar"): 40, ("lobatto_iiic2", "pushed_bar"): 80, ("zhai", "damped_pendulum"): 80}
 STEPS |= {("adams_moulton4", "duffing"): 40, ("beeman", "duffing"): 80}
+STEPS |= {("fully_explicit_generalized_alpha", "damped_pendulum"): 80}
 OF_TABLES = (*TABLES, *NYSTROM, *EXTRAPOLATIONS, *COMPOSITIONS)
 KINDS = {"duffing": "free", "damped_pendulum": "damped", "pushed_bar": "uva"}
 

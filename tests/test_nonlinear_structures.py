@@ -173,7 +173,11 @@ def test_a_tangent_is_asked_for_by_schemes_that_take_it(scheme: Any) -> None:
     """Those whose kernel of a scene iterates, or whose declaration says so; the others give the same to the bit."""
     iterates = ss.march(ss.scene("duffing"), scheme.name, 0.01, 0.05).newton_iterations.any()
     potential = {"potential": lambda u: float(u[0] ** 2 / 2 + u[0] ** 4 / 4)}
-    texts = [*scheme.relations.values(), *(scheme.start.values() if isinstance(scheme.start, dict) else ())]
+    texts = [
+        *scheme.relations.values(),
+        *(b.inertia for b in scheme.balances),
+        *(scheme.start.values() if isinstance(scheme.start, dict) else ()),
+    ]
     bare, given = (ss.structure(**spring(**potential, **t)) for t in ({}, {"tangent": lambda u: [1.0 + 3.0 * u**2]}))
     expected = ss.march(given, scheme.name, 0.1, 0.8, account=False)
     if iterates or any(e.has(K0) or e.has(K_t) for e in texts):

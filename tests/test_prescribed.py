@@ -20,10 +20,11 @@ Array = np.ndarray
 REFUSED = {
     "kr_alpha": "coefficients from the structure",
     **dict.fromkeys(
-        ("kr_alpha_plain_start", "chang", "chen_ricles", "gui_lambda", "mkr_alpha"),
+        ("kr_alpha_plain_start", "chang", "chen_ricles", "gui_lambda", "mkr_alpha", "alpha_os", "lsrt2"),
         "coefficients from the structure",
     ),
     **dict.fromkeys(("gauss2", "lobatto_iiia3"), "a state that a smooth motion determines"),
+    "fully_explicit_generalized_alpha": "internal force at one place that no other one takes it at",
     "discontinuous_galerkin_p1": "to take the internal force at one place",
     "stoermer_extrapolation": "to move a displacement",
 }

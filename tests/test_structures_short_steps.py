@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from dense_steps import march as dense_march
 from substep_derive.declare.schemes import ALL
-from sympy import Symbol
+from substep_derive.declare.symbols import h, knot
+from sympy import Integer, Symbol
 
 import substep as ss
 from substep.structures.march.scheme_plan import step_of
@@ -28,6 +29,16 @@ def damped(Omega: float, rayleigh: bool = True) -> ss.Structure:
 
 def exact(x: Any) -> Any:
     return np.vectorize(lambda value: mpmath.mpf(float(value)), otypes=[object])(x)
+
+
+def weight(scheme: Any, values: dict[Symbol, Any]) -> float:
+    """The sum of the sizes of the weights of accelerations in v_1, by which their rounding enters it; at least 1.
+
+    It is 1 where all are positive, and 17 for sdirk4, which has the weights 125/16 and -85/12.
+    """
+    new = scheme.relations.get(knot(1).v, Integer(0)).subs({**values, h: 1}).expand()
+    weights = [new.coeff(s) for s in new.free_symbols if s.name[0] == "a"]
+    return max(1.0, sum(abs(float(x)) for x in weights if x.is_number))
 
 
 @pytest.mark.parametrize("scheme", IMPLICIT, ids=lambda s: s.name)
@@ -51,7 +62,8 @@ def test_steps_of_any_length_keep_their_digits(scheme: Any) -> None:
             )
         if all(symbol.name[0] == "u" for symbol in scheme.state):
             size[1:] = np.maximum(size[1:], size[0])
-        assert (off <= (1e-13 if Omega == 0.2 else max(1e-14, 2e-15 * Omega**2)) * size).all(), (Omega, off / size)
+        bound = (1e-13 if Omega == 0.2 else max(1e-14, 2e-15 * Omega**2)) * weight(scheme, values)
+        assert (off <= bound * size).all(), (Omega, off / size)
 
 
 @pytest.mark.parametrize("scheme", IMPLICIT, ids=lambda s: s.name)

@@ -2,15 +2,20 @@
 
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
 from declared import BY_NAME
 from substep_derive import derive
 from substep_derive.declare.errors import DeclarationError
+from substep_derive.declare.symbols import knot
+from sympy import Symbol, symbols
 
 import substep as ss
+from substep.core.elsewhere import WHY
 
+ANYWAY = {"adding_a_scheme", "beta_0", "beta_1"}  # words with an underscore that are no schemes
 CLAIMED: dict[str, list[str]] = {}
 for _name, _scheme in BY_NAME.items():
     for _synonym in _scheme.synonyms:
@@ -185,3 +190,42 @@ def test_schemes_are_asked_for_by_answers_that_there_are() -> None:
     for name, value in (("order", 2.0), ("order", True), ("solves", "2"), ("A_stable", 1), ("explicit", "no")):
         with pytest.raises(ValueError, match=f"expected {name} as .*, got {value!r}; give one, or leave it out"):
             ss.schemes(**{name: value})  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize("names", WHY)
+def test_a_method_that_is_not_ours_is_answered_by_the_reason(names: str) -> None:
+    page = (Path(__file__).parents[1] / "docs" / "findings.md").read_text(encoding="utf-8")
+    assert f"| {', '.join(f'`{name}`' for name in names.split())} | {WHY[names]} |" in page
+    for name in names.split():
+        assert re.fullmatch("[a-z0-9]+(_[a-z0-9]+)*", name)
+        assert name not in CLAIMED and name not in BY_NAME
+        with pytest.raises(
+            ValueError, match=f"^expected a scheme of the catalogue, got '{name}', which is none: "
+        ) as caught:
+            ss.scheme(name)
+        assert str(caught.value).endswith(WHY[names])
+    assert {word for word in re.findall(r"\w+", WHY[names]) if "_" in word} <= {*BY_NAME, "substep_derive", *ANYWAY}
+
+
+@pytest.mark.parametrize(
+    "written", ["Nigam-Jennings", "Crank\u2013Nicolson\u2013Leapfrog", "Adams-Bashforth method", "MSSTH(4)"]
+)
+def test_however_such_a_method_is_written(written: str) -> None:
+    with pytest.raises(ValueError, match="which is none: "):
+        ss.scheme(written)
+
+
+def test_of_what_a_sentence_says_is_the_same() -> None:
+    """Katona and Zienkiewicz's displacements and velocities with m = 2, against Newmark's."""
+    u0, v0, a0, a1, h, b0, b1 = symbols("u0 v0 a0 a1 h b0 b1")
+    newmark = {
+        s: e.subs({knot(0).u: u0, knot(0).v: v0, knot(0).a: a0, knot(1).a: a1})
+        for s, e in BY_NAME["newmark"].relations.items()
+    }
+    values = {Symbol("beta"): b0 / 2, Symbol("gamma"): b1}
+    theirs = {
+        knot(1).u: u0 + h * v0 + h**2 / 2 * a0 + b0 * h**2 / 2 * (a1 - a0),
+        knot(1).v: v0 + h * a0 + b1 * h * (a1 - a0),
+    }
+    for symbol, e in theirs.items():
+        assert (newmark[symbol].subs(values) - e).expand() == 0

@@ -15,7 +15,7 @@ Array = np.ndarray
 Stiffness = Callable[[float], Array]  # K (2, 2) per unit mass at an instant in steps
 REFUSED = (
     *("energy_momentum", "kr_alpha", "kr_alpha_plain_start", "chang", "chen_ricles"),
-    *("gui_lambda", "mkr_alpha"),
+    *("gui_lambda", "mkr_alpha", "alpha_os", "lsrt2"),
 )
 STATIC = [s for s in BY_NAME if s not in REFUSED]
 

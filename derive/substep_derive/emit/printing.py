@@ -26,6 +26,17 @@ class FractionPrinter(PythonCodePrinter):
         return repr(float(expr)) if max(abs(expr.p), expr.q) > WHOLE else super()._print_Rational(expr)
 
 
+class PointPrinter(FractionPrinter):
+    """Prints -4*c*d - a*b for -a*b - 4*c*d, of which LLVM fuses one product at one point, and the other at several."""
+
+    def _as_ordered_terms(self, expr: Any, order: Any = None) -> list[Expr]:
+        terms = list(super()._as_ordered_terms(expr, order=order))
+        (one, product), (factor, _) = (term.as_coeff_Mul() for term in terms[:2])
+        return (
+            terms if one != -1 or product.is_Symbol or factor in (-1, abs(factor)) else [terms[1], terms[0], *terms[2:]]
+        )
+
+
 class Code(str):
     """Text of Python that stands in a literal as it is, not as a string."""
 

@@ -15,7 +15,7 @@ from ..kernels.kernel import Kernel
 from ..kernels.scheme import SchemeKernels
 from .eigenvalue_defect import defect_lines
 from .many_eigenvalues import coefficient_names, more_eigenvalues
-from .printing import PRINTER, fill, placed
+from .printing import PointPrinter, fill, placed
 from .templates.decorators import COMPILE, INLINE, INNER
 from .templates.eigenvalues import SIZES, STABILITY, THREE_EIGENVALUES, TWO_EIGENVALUES
 from .templates.elementary import ANGLE, CALL, CALL_IMPORTS, LOG1P, POINTWISE, REFUSED
@@ -94,7 +94,8 @@ def _assignments(kernel: Kernel) -> tuple[list[str], int]:
     """Lines that assign common subexpressions, then the outputs; and their operations."""
     subexpressions, outputs = rational.cse([e for _, e in kernel.outputs])
     named = [*kernel.first, *subexpressions, *zip((name for name, _ in kernel.outputs), outputs, strict=True)]
-    return [f"{name} = {PRINTER.doprint(e)}" for name, e in named], sum(int(count_ops(e)) for _, e in named)
+    w = PointPrinter({"fully_qualified_modules": False})
+    return [f"{name} = {w.doprint(e)}" for name, e in named], sum(int(count_ops(e)) for _, e in named)
 
 
 def _conservative(asymmetry: Kernel) -> str:

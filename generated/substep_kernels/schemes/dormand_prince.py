@@ -93,7 +93,7 @@ def polynomial(n, points, rows):
         x15 = 16*x2
         c2 = 360000
         b0 = Omega**2*(Omega*(Omega*(Omega*(Omega*(x2*(48000*x2 - 18000) + x8 + 1000) - 30000*x1*xi) + 30000*r2) + x0) + 360000)
-        q = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-Omega*x6 - x7) + x5) - x2*x4 - 225) + x3) + x2*(-x14*x2 - 3600) + 200) + x13) - x12) + x11) - x10) + x9)
+        q = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(-Omega*x6 - x7) + x5) - x2*x4 - 225) + x3) + x2*(-3600 - x14*x2) + 200) + x13) - x12) + x11) - x10) + x9)
         half = Omega*(Omega*(Omega*(Omega*(Omega*(600*Omega*r3*(x2*(x15 - 16) + 1) - 3000*xi*(x2*(x15 - 20) + 5)) + x2*(120000*x2 - 120000) + 15000) - 60000*r4*xi) + 180000*r3) + x0) + 360000
         det = Omega*(Omega*(Omega*(Omega*(Omega*(Omega*(x2*(x14*x2 + 3600) + x8 - 200) - x13) + x12) - x11) + x10) - x9) + 360000
         x0 = Omega**2

@@ -133,7 +133,7 @@ def defect(n, points, rows):
         k2_4 = -x3*x4 + 2
         k3_3 = Omega*(alpha_f_*(-beta_ - x2) - 1/2*gamma_) - r0*r2*xi
         k3_5 = -Omega*r3
-        leading = -Omega*gamma_*r4*x4 - 2*r5
+        leading = -2*r5 - Omega*gamma_*r4*x4
         x, w = 2.0 * xi, Omega * Omega
         y, z = w * (2.0 - x * x), w * w  # s^4 = -y s^2 - z
         z1, y1 = 0.0, 1.0  # zeta^n = zn + yn zeta

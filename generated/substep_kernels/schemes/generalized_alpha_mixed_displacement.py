@@ -72,7 +72,7 @@ def polynomial(n, points, rows):
         x2 = 4*xi
         x3 = 6*beta_
         x4 = x0 + x1
-        c3 = Omega*(-Omega*r0*x0 - 4*gamma_*r0*xi) - 2*r1
+        c3 = Omega*(-4*gamma_*r0*xi - Omega*r0*x0) - 2*r1
         c2 = Omega*(Omega*(alpha_f_*(-r2 + x3) - 4*beta_ + r2) + x2*(alpha_f_*r3 + x1)) + 2*r5
         c1 = Omega*(Omega*(alpha_f_*(4*gamma_ - x3) + x4) - x2*(alpha_f_*r6 - r7)) - 2*r8
         c0 = Omega*(Omega*alpha_f_*x4 + alpha_f_*r7*x2) + 2*alpha_m_

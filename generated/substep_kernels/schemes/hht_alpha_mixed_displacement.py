@@ -72,7 +72,7 @@ def polynomial(n, points, rows):
         r1 = alpha_*(2*alpha_ - 1) + 1
         x0 = Omega**2
         x1 = alpha_*r0**2*x0
-        w0 = -r0*r1*x0 - 4
+        w0 = -4 - r0*r1*x0
         w1 = x0*(alpha_**2*(6*alpha_ + 3) - 1) + 12
         y0 = -x1
         y1 = 2*x1

@@ -146,7 +146,7 @@ def defect(n, points, rows):
         k2_2 = -1/4*r1*r5*x7 + xi*(p_*(p_*(p_*(x8 - 14) + 16) - 6) + 1)
         k2_4 = Omega*(-p_ + x0*(p_*(p_*(x1 - 40) + 32) - 8)) + 4*r1*r6*xi
         k2_6 = Omega*x8
-        k3_3 = Omega*(-x3*xi*(p_*(p_*(x8 - 8) + 4) - 1) - 1/8*x4*x7) + x0*(p_*(p_*(16 - x5) - 8) + 2) - x3
+        k3_3 = Omega*(-1/8*x4*x7 - x3*xi*(p_*(p_*(x8 - 8) + 4) - 1)) + x0*(p_*(p_*(16 - x5) - 8) + 2) - x3
         k3_5 = 2*p_ - r7*x6
         leading = x8
         x, w = 2.0 * xi, Omega * Omega

@@ -85,7 +85,7 @@ def polynomial(n, points, rows):
         xi = row_1[i]
         x0 = Omega**2
         x1 = 3*x0 - 140
-        x2 = -x0*x1 - 1512
+        x2 = -1512 - x0*x1
         x3 = Omega**10
         c2 = 812851200
         b0 = x0*(x0*(x0*(x0*(x0*x2 - 40320) + 2257920) - 67737600) + 812851200)
@@ -120,7 +120,7 @@ def defect(n, points, rows):
         x1 = 3*x0 - 140
         p0 = 0
         p1 = 0
-        k0 = Omega*(-x0*x1 - 1512)
+        k0 = Omega*(-1512 - x0*x1)
         k1_1 = x0*(x0*x1 + 1512)
         k2_2 = Omega*(x0*(x0*(35 - 3/4*x0) - 378) + 10080)
         k2_4 = -564480*Omega

@@ -136,12 +136,12 @@ def polynomial(n, points, rows):
         c2 = Omega*(Omega*(Omega*(Omega*(Omega*(12*gamma_**5*xi + x8) + 12*x2*x7) + x6*xi*(2*x1 + 3)) + x2*x4) + 192*x0) + 64
         b0 = Omega**2*(Omega*(Omega*(Omega*(r0**2*x8 + 8*r0*r1*x13) + gamma_*(gamma_*(144 - 16*gamma_) - 96) + x1*(rho_inf_*x6 + x6) - x12 + 16) + x10) + 64)
         q = Omega*(Omega*(Omega*(Omega*(Omega*(-r0*r2*x8 + 4*x5*xi*(x19 + x20)) + gamma_*(gamma_*(gamma_*(144 - 24*gamma_) - 192) + 96) + x1*(x18 + 48*x7) - x17 - 16) + x16*(gamma_*(gamma_*(24 - 3*gamma_) - 18) + x1*(rho_inf_*x15 + x15) - x14 + 4)) + 128*r1*x1) + 128*xi)
-        half = Omega*(Omega*(Omega*(Omega*(Omega*(-rho_inf_*x8 - 2*x13*(-r3 + x22)) - x23*(-2*r5 + x1*(-2*gamma_*r4 + 6*rho_inf_*x3) - x22)) - 8*x0*(-3*r6 + x1*(rho_inf_*x23 - x23) - x22)) + r7*x21 + 16*r8) + x10) + 64
+        half = Omega*(Omega*(Omega*(Omega*(Omega*(-2*x13*(-r3 + x22) - rho_inf_*x8) - x23*(-2*r5 + x1*(-2*gamma_*r4 + 6*rho_inf_*x3) - x22)) - 8*x0*(-3*r6 + x1*(rho_inf_*x23 - x23) - x22)) + r7*x21 + 16*r8) + x10) + 64
         det = Omega*(Omega*(Omega*(Omega*(Omega*(rho_inf_**2*x8 - x15*x19*xi) + 4*r3**2 - x1*x18 + x17) - x16*(-r3*r4 + 4*rho_inf_*x1*x5 - x14)) + r3*x21 + x4) + r4*x9) + 64
         r0 = rho_inf_ + 1
         r1 = rho_inf_ - 1
         r2 = 3*gamma_ - 2
-        w = Omega**4*(-Omega**2*gamma_**6*r0*r1 - 8*gamma_**3*r2*rho_inf_ + gamma_*(gamma_*(gamma_*(144 - 24*gamma_) - 192) + 96) - 16)
+        w = Omega**4*(-8*gamma_**3*r2*rho_inf_ - Omega**2*gamma_**6*r0*r1 + gamma_*(gamma_*(gamma_*(144 - 24*gamma_) - 192) + 96) - 16)
         conservative = 1.0 if xi == 0.0 and (abs(w) == 0.0) else 0.0
         rows[i] = conservative
         rows[BLOCK + i] = c2

@@ -81,7 +81,7 @@ def polynomial(n, points, rows):
         x1 = r0*x0
         w0 = -6*r0 - r1*x1
         w1 = 18*r0 + 3*r2*x1
-        y0 = -r3**3*x0 - 6*r3
+        y0 = -6*r3 - r3**3*x0
         y1 = 2*r3*r4*x0 + 12*r3
         conservative = 1.0 if xi == 0.0 and (abs(w0) + abs(w1) == 0.0 or abs(y0) + abs(y1) == 0.0) else 0.0
         rows[i] = conservative

@@ -7,6 +7,7 @@ from functools import cache
 from types import MappingProxyType
 from typing import Any
 
+from .elsewhere import ELSEWHERE
 from .errors import meant, unknown_name
 from .kernel_modules import loaded
 
@@ -16,7 +17,8 @@ SCHEMES: Mapping[str, Mapping[str, Any]] = loaded("index").SCHEMES
 def named(name: str) -> str:
     """The catalogue's name of the scheme that is meant by a name, or by a synonym, however it is written.
 
-    Raises ValueError for a synonym of several schemes, and for an unknown name.
+    Raises ValueError for a synonym of several schemes, for a method that the catalogue does not have, with the reason,
+    and for an unknown name.
     """
     if name in SCHEMES:
         return name
@@ -34,6 +36,8 @@ def named(name: str) -> str:
             return own
         if meant:
             raise ValueError(f"expected one scheme, got '{name}', which may be {' or '.join(meant)}; write which")
+        if asked in ELSEWHERE:
+            raise ValueError(f"expected a scheme of the catalogue, got '{name}', which is none: {ELSEWHERE[asked]}")
     raise unknown_name("a scheme", name, (*SCHEMES, *synonyms), "substep.schemes(), or `substep schemes`, lists all")
 
 

@@ -7,10 +7,11 @@ from ..scheme import Scheme
 
 MODULES = (
     *("explicit", "newmark", "one_step", "alpha", "multi_step", "composite"),
-    *("runge_kutta", "diagonally_implicit", "nystrom", "composition", "designed", "coupled", "further", "literature"),
+    *("runge_kutta", "diagonally_implicit", "nystrom", "composition", "designed"),
+    *("coupled", "further", "literature", "without_tangent"),
 )
 # those whose schemes' modules are printed on first use, not committed
-ON_FIRST_USE = ("coupled", "further", "literature")
+ON_FIRST_USE = ("coupled", "further", "literature", "without_tangent")
 EXAMPLES = ("newmark_bdf2", "bathe")  # whose kernels on the elastic pendulum are committed
 
 

@@ -77,7 +77,7 @@ def chung_hulbert(name: str, force: Expr) -> Scheme:
 
 
 generalized_alpha = chung_hulbert("generalized_alpha", mixed(N(u1), N(u0), alpha_f)).known_as(
-    "gen_alpha", "generalised_alpha", "g_alpha", "genalpha", "chung_hulbert"
+    "gen_alpha", "generalised_alpha", "g_alpha", "genalpha", "chung_hulbert", "ch_alpha"
 )
 generalized_alpha_mixed_displacement = chung_hulbert("generalized_alpha_mixed_displacement", N(mixed(u1, u0, alpha_f)))
 
@@ -108,6 +108,7 @@ explicit_generalized_alpha = Scheme(
     ),
     reference="Hulbert & Chung, Comput. Methods Appl. Mech. Eng. 137 (1996) 175-188",
     published=Published("Hulbert & Chung (1996)", 2, oo),
+    synonyms=("hulbert_chung",),
 )
 
 _am, _af = (2 - rho_inf) / (1 + rho_inf), 1 / (1 + rho_inf)

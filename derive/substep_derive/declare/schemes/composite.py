@@ -48,7 +48,7 @@ bathe = Scheme(
     balances=(Balance.at(inner, half), Balance.at(end, 1)),
     reference="Bathe & Baig, Comput. Struct. 83 (2005) 2513-2524",
     published=Published("Bathe & Noh, Comput. Struct. 98-99 (2012) 1-6", 2, 0, oo),
-    synonyms=("two_step_bathe", "bathe_baig", "tr_bdf2", "trbdf2"),
+    synonyms=("two_step_bathe", "bathe_composite", "bathe_baig", "tr_bdf2", "trbdf2"),
 )
 
 silva_bezerra = newmark_bdf2.fix(
@@ -106,6 +106,7 @@ beta1_beta2_bathe = Scheme(
     balances=(Balance.at(inner, gamma_t), Balance.at(end, 1)),
     reference="Malakiyeh, Shojaee & Bathe, Comput. Struct. 212 (2019) 289-298",
     published=Published("Malakiyeh, Shojaee & Bathe (2019)", 2, rho_inf, oo),
+    synonyms=("malakiyeh", "beta_bathe"),
 )
 
 _uk, _vk, _ak = later = knot("k")
@@ -136,6 +137,7 @@ three_substep = Scheme(
     balances=(Balance.at(inner, gamma), Balance.at(later, 2 * gamma), Balance.at(end, 1)),
     reference="Zhang et al., Int. J. Numer. Methods Eng. 121 (2020); three sub-steps, controllable rho_inf",
     published=Published("Zhang et al. (2020)", 2, rho_inf, oo),
+    synonyms=("msstc", "msstc3"),
 )
 
 _third = h / 3

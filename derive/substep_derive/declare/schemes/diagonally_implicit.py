@@ -22,7 +22,7 @@ sdirk2 = tableau(
     parameters=(Parameter(gamma, Interval(_Q(1, 4), half), Root(2 * gamma**2 - 4 * gamma + 1)),),
     reference="Alexander, SIAM J. Numer. Anal. 14 (1977) 1006-1021, two stages, gamma = 1 - sqrt(2)/2",
     published=Published("Alexander (1977)", 2, 0, oo),
-)
+).known_as("alexander")
 
 _L_STABLE = Root(6 * gamma**3 - 18 * gamma**2 + 9 * gamma - 1)  # of third order, L-stable
 _b1, _b2 = -(6 * gamma**2 - 16 * gamma + 1) / 4, (6 * gamma**2 - 20 * gamma + 5) / 4
@@ -35,7 +35,7 @@ sdirk3 = tableau(
     parameters=(Parameter(gamma, Interval(_Q(2, 5), half), _L_STABLE),),
     reference="Alexander, SIAM J. Numer. Anal. 14 (1977) 1006-1021, three stages",
     published=Published("Alexander (1977)", 3, 0, oo),
-)
+).known_as("alexander")
 
 crouzeix3 = tableau(
     "crouzeix3",
@@ -45,7 +45,7 @@ crouzeix3 = tableau(
     parameters=(Parameter(gamma, Interval(half, 1), Root(6 * gamma**2 - 6 * gamma + 1)),),
     reference="Crouzeix, thesis, Paris (1975); Norsett (1974), gamma = (3 + sqrt(3))/6",
     published=Published("Hairer & Wanner, Solving Ordinary Differential Equations II (1996), IV.6", 3, sqrt(3) - 1, oo),
-)
+).known_as("norsett")
 
 _delta = 1 / (6 * (2 * gamma - 1) ** 2)
 
@@ -57,7 +57,7 @@ crouzeix4 = tableau(
     parameters=(Parameter(gamma, Interval(1, _Q(6, 5)), Root(24 * gamma**3 - 36 * gamma**2 + 12 * gamma - 1)),),
     reference="Crouzeix, thesis, Paris (1975); Norsett (1974), gamma = 1/2 + cos(pi/18)/sqrt(3)",
     published=Published("Hairer & Wanner, Solving Ordinary Differential Equations II (1996), IV.6", 4, None, oo),
-)
+).known_as("norsett")
 
 
 def _second_stage_order(c3: Expr) -> tuple[Expr, Expr]:

@@ -31,7 +31,7 @@ central_difference_lagged = Scheme(
     start={_vb: v0 - h / 2 * (f(0) - C * v0 - N(u0)) / M},
     report={v1: _vf + h / 2 * _lagged, a1: _lagged},
     reference="Belytschko, Liu & Moran, Nonlinear Finite Elements (2000), box 6.1",
-    synonyms=("leapfrog", "leap_frog"),
+    synonyms=("leapfrog", "leap_frog", "lagged_central_difference"),
 )
 
 _up, _vp, _ap = second = knot("p")
@@ -90,7 +90,7 @@ tchamwa_wielgosz = Scheme(
     relations={u1: u0 + h * v0 + phi * h**2 * a0, v1: v0 + h * a0},
     balances=(Balance.at(end, 1),),
     reference="Tchamwa, Conway & Wielgosz, ASME PVP 398 (1999); Maheo, Grolleau & Rio, Comput. Mech. 51 (2013)",
-    synonyms=("tchamwa", "symplectic_euler: phi=1", "semi_implicit_euler: phi=1"),
+    synonyms=("tchamwa", "symplectic_euler: phi=1", "semi_implicit_euler: phi=1", "euler_cromer: phi=1"),
 )
 
 _gp, _gq = 1 / gamma_t, 1 / (1 - gamma_t)

@@ -7,6 +7,7 @@ from ..parameter import Parameter, Root
 from ..published import Published
 from ..scheme import Balance, Scheme
 from ..symbols import K0, C, M, N, f, h, knot, rho_inf
+from ..tableau import tableau
 from .alpha import kolay_ricles
 from .newmark import average_acceleration
 
@@ -152,6 +153,7 @@ trapezoid_trapezoid_backward = Scheme(
     },
     balances=(Balance.at(one, _Q(1, 3)), Balance.at(two, _Q(2, 3)), Balance.at(end, 1)),
     reference="Chandra and others (2015), the form",
+    synonyms=("ttbdf", "chandra"),
 )
 
 _weight = Symbol("weight")
@@ -166,4 +168,25 @@ tarnow_simo = composition(
     published=Published("Tarnow & Simo (1994)", 4, 1, oo),
 )
 
-ALL = (beeman, oess, ss22, ss32, gsse, gui_lambda, mkr_alpha, trapezoid_trapezoid_backward, tarnow_simo)
+_last = (_Q(25, 24), -_Q(49, 48), _Q(125, 16), -_Q(85, 12), _Q(1, 4))
+
+# without its embedded weights, which a load that jumps in the first quarter of a step changes as little as the others
+sdirk4 = tableau(
+    "sdirk4",
+    A=(
+        (_Q(1, 4),),
+        (half, _Q(1, 4)),
+        (_Q(17, 50), -_Q(1, 25), _Q(1, 4)),
+        (_Q(371, 1360), -_Q(137, 2720), _Q(15, 544), _Q(1, 4)),
+        _last,
+    ),
+    b=_last,
+    c=(_Q(1, 4), _Q(3, 4), _Q(11, 20), half, 1),
+    reference="Hairer & Wanner, Solving Ordinary Differential Equations II (1996), IV.6, (6.16)",
+    published=Published("Hairer & Wanner, Solving Ordinary Differential Equations II (1996), IV.6", 4, 0, oo),
+)
+
+ALL = (
+    *(beeman, oess, ss22, ss32, gsse, gui_lambda, mkr_alpha, trapezoid_trapezoid_backward, tarnow_simo),
+    sdirk4,
+)

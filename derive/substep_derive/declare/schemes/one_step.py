@@ -17,7 +17,7 @@ backward_euler = Scheme(
     balances=(Balance.at(end, 1),),
     reference="Euler; Bathe, Finite Element Procedures (1996), ch. 9",
     published=Published("Hairer & Wanner, Solving Ordinary Differential Equations II (1996), IV.3", 1, 0, oo),
-    synonyms=("implicit_euler",),
+    synonyms=("implicit_euler", "bdf1"),
 )
 
 _ut, _vt, _at = knot("t")
@@ -76,7 +76,7 @@ theta_method = Scheme(
     published=Published(
         "Wood, Practical Time-stepping Schemes (1990), ch. 2", 1, (1 - theta) / theta, oo, (2 * theta >= 1,)
     ),
-    synonyms=("theta", "one_step_theta", "moreau_jean"),
+    synonyms=("theta", "one_step_theta", "moreau_jean", "moreau"),
 )
 
 energy_momentum = Scheme(
