@@ -12,7 +12,7 @@ import substep as ss
 
 OF_STIFFNESS = ("energy_momentum", "kr_alpha", "kr_alpha_plain_start", "gholampour", "chang", "chen_ricles")
 REFUSED = (
-    *OF_STIFFNESS, "gui_lambda", "mkr_alpha", "oess",
+    *OF_STIFFNESS, "gui_lambda", "mkr_alpha", "alpha_os", "lsrt2", "oess", "fully_explicit_generalized_alpha",
     *("rkn43", "rkn64", "stoermer_extrapolation", "suzuki", "yoshida6"),  # for u'' = g(u)
 )  # fmt: skip
 READ = [name for name in NAMES if name not in REFUSED]
