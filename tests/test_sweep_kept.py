@@ -62,6 +62,19 @@ def test_many_chunks_are_run_by_threads_that_each_use_one_core(workers: int, mon
     assert seen == {(True, workers)}
 
 
+@pytest.mark.parametrize("keep", ["final", "peak", "history"])
+def test_oscillators_of_a_chunk_are_run_some_at_a_time(keep: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    call: dict[str, Any] = {**OSCILLATOR, "keep": keep, "samples": 5 if keep == "history" else None}
+    whole, seen, at = ss.sweep("linear_oscillator", "newmark_bdf2", **call), [], ScenePlan.at
+    monkeypatch.setattr(sys.modules[ScenePlan.__module__], "NEAR", 7)
+    monkeypatch.setattr(
+        ScenePlan, "at", lambda plan, points, room: (seen.append(len(points)), at(plan, points, room))[1]
+    )
+    xr.testing.assert_identical(ss.sweep("linear_oscillator", "newmark_bdf2", **call), whole)
+    assert max(seen) == 7
+    assert sum(seen) == whole["status"].size
+
+
 @pytest.mark.usefixtures("small")
 @pytest.mark.parametrize("save", [False, True])
 def test_ctrl_c_returns_what_is_done(save: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

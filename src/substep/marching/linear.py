@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import accumulate
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -162,23 +163,29 @@ def _coefficients(scheme: Scheme, Omega: Array, o: Oscillators, stencil: Array |
     rest = C[D:]
     if stencil is not None:
         rest = _to_ends(m, R, instants, stencil.tobytes()) @ rest
-    kinds = _factors(m, instants if stencil is None else 2, coefficients.places(scheme))
-    h, found = o.dt, np.empty((D + len(kinds), len(o.dt)))
+    blocks = _factors(m, instants if stencil is None else 2, coefficients.places(scheme))
+    h, found = o.dt, np.empty((D + blocks[-1][1], len(o.dt)))
     found[:D], found[D : D + len(rest)], found[D + len(rest) :] = C[:D], rest, 1.0
-    found[D:] *= np.array([np.ones(len(h)), 1.0 / h, 1.0 / (h * h), h * h / o.mass, h / o.mass, 1.0 / o.mass])[kinds]
+    scales = 1.0, 1.0 / h, 1.0 / (h * h), h * h / o.mass, h / o.mass, 1.0 / o.mass
+    for first, last, kind in blocks:
+        if kind:
+            found[D + first : D + last] *= scales[kind]
     return found
 
 
 @cache
-def _factors(m: int, K: int, places: tuple[str, ...]) -> NDArray[np.int64]:
+def _factors(m: int, K: int, places: tuple[str, ...]) -> list[tuple[int, int, int]]:
     """What the rows of B, O, P, and the scales after them, are multiplied by: 1, 1/h, 1/h^2, h^2/m, h/m or 1/m, 0 to 5.
 
-    places: those of u, h*v and h^2*a in x, "y" for one that is not in it.
+    Of each block of rows the first, the one after the last, and that number. places: those of u, h*v and h^2*a in x,
+    "y" for one that is not in it.
     """
     outputs = [kind for kind, place in enumerate(places) if place == "y"]
-    of_y, of_loads = np.repeat(outputs, m), np.repeat([3 + kind for kind in outputs], K)
-    scales = [kind for kind, place in enumerate(places) if place != "y" and kind > 0]
-    return np.concatenate([np.full(m * K, 3), of_y, of_loads, scales]).astype(np.int64)
+    of_y, of_loads = [(kind, m) for kind in outputs], [(3 + kind, K) for kind in outputs]
+    scales = [(kind, 1) for kind, place in enumerate(places) if place != "y" and kind > 0]
+    sized = [(3, m * K), *of_y, *of_loads, *scales]
+    ends = [*accumulate(size for _, size in sized)]
+    return [(end - size, end, kind) for end, (kind, size) in zip(ends, sized, strict=True)]
 
 
 @cache

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..core.arrays import named
-from ..core.device import Device, found
+from ..core.device import Device, found, is_on
 from ..core.errors import real_array, real_number, whole
 from ..core.loads import Load, LoadLanes, Record, as_numbers, is_known
 from ..core.scene_catalogue import WITH_LAW, checked_parameters, scene_info
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 
 MEMORY = 64e6  # bytes that a chunk takes while it is run
 LANE_STEPS = {True: 5e7, False: 4e6}  # linear march or not -> steps of all lanes of a chunk: about 0.2 s on one core
+NEAR = 1 << 15  # oscillators of a chunk that are run at a time: arrays of more leave the cache of a core
 ON_DEVICE = 1e9  # the same for a chunk that a GPU runs, whose threads are 10^5 lanes at once
 SINCE = "since"  # an argument of kernels that take the time itself, which would lose its digits in single precision
 CHOSEN_STEPS = 2000  # taken for the number of steps of a run that chooses them
@@ -109,7 +110,14 @@ class ScenePlan(SweepPlan):
 
     def run(self, first: int, last: int, room: Results) -> Results:
         """See `SweepPlan.run`."""
-        return self.at(np.arange(first, last), room)
+        points = np.arange(first, last)
+        if not self.oscillator or self.by_tol or is_on() or len(points) <= NEAR:
+            return self.at(points, room)
+        every = dict(room)
+        for some in (slice(k, k + NEAR) for k in range(0, len(points), NEAR)):
+            for name, x in self.at(points[some], {}).items():
+                every.setdefault(name, np.empty((len(points), *x.shape[1:]), x.dtype))[some] = x
+        return every
 
     def at(self, points: NDArray[np.int64], room: Results) -> Results:
         """The same of any points."""
