@@ -111,6 +111,27 @@ def test_lanes_that_do_not_fit_on_the_device_go_in_parts(monkeypatch: pytest.Mon
         list(device._parts(0, 25, each=100.0, common=0.0))
 
 
+@pytest.mark.skipif(has_device(), reason="a CUDA device is here")
+def test_the_table_of_a_machine_without_a_device_says_not_measured(tmp_path: Path) -> None:
+    call = [sys.executable, "-m", "benchmarks.device", str(tmp_path), "--small", "--only"]
+    subprocess.run([*call, "machine,spectrum,pendulum,energy"], cwd=HERE.parent, capture_output=True, check=True)
+    table = (tmp_path / "device.md").read_text(encoding="utf-8")
+    assert "- device: none: expected a CUDA device" in table
+    rows = [f"| {name} | not measured |  | no device |" for name in ("spectrum", "pendulum", "energy")]
+    assert table.splitlines()[-3:] == rows
+
+
+def test_a_warp_does_in_each_loop_what_its_slowest_lane_needs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(HERE.parent)
+    monkeypatch.setattr(os, "environ", dict(os.environ))  # the package sets folders of caches
+    from benchmarks.device.warps import waiting
+
+    work = np.random.default_rng(2).integers(1, 6, (64, 10, 2))
+    loops = sum(max(int(x) for x in work[w : w + 32, i, b]) for w in (0, 32) for i in range(10) for b in range(2))
+    assert waiting(work) == pytest.approx(32 * loops / work.sum(), rel=1e-14)
+    assert waiting(np.repeat([3, 7], 32)) == 1.0
+
+
 @pytest.mark.thorough
 def test_fewer_workers_give_the_same() -> None:
     found = [sweep("duffing", "bathe", u0=np.linspace(0.1, 1.0, 200), workers=k)("cpu") for k in (1, None)]

@@ -1,8 +1,9 @@
 """Every measurement of a GPU, in one table: python -m benchmarks.device FOLDER [--seconds 220] [--small].
 
 It needs numba with CUDA, NumPy, SciPy, SymPy and xarray, and takes CuPy and JAX where they are installed. What fails is
-noted in the table, and the rest goes on; what no time is left for is skipped. The folder gets device.md and
-device.json, written anew after every measurement. --small: sizes for numba's simulator, whose times mean nothing.
+noted in the table, and the rest goes on; what no time is left for is skipped, and what needs a GPU where there is none
+is "not measured". The folder gets device.md and device.json, written anew after every measurement. --small: sizes for
+numba's simulator, whose times mean nothing.
 """
 
 import os

@@ -20,7 +20,7 @@ from substep.ground_motion.peaks import at_rest
 from substep.marching.digital_filter import filter_of, filter_peaks
 from substep.marching.scene_lanes import march_lanes
 
-from .table import OURS, RATE, Report, best, operations, shaken, threads_of_a_block
+from .table import OURS, RATE, Report, best, missing_device, operations, shaken, threads_of_a_block
 
 
 def machine(report: Report) -> None:
@@ -35,6 +35,9 @@ def machine(report: Report) -> None:
         except Exception as error:  # also one that is installed and broken
             facts[name] = f"none ({type(error).__name__})"
     facts["CPU cores"] = cores()
+    if missing := missing_device():
+        facts["device"] = f"none: {missing}"
+        return
     here = getattr(cuda, "get_current_device", object)()  # the simulator has none
     name = getattr(here, "name", "simulator")
     facts["device"] = name.decode() if isinstance(name, bytes) else str(name)

@@ -74,10 +74,12 @@ class Report:
         shown = f"{value:.6g}" if isinstance(value, float) else value
         print(f"[{time.perf_counter() - self.begin:6.1f} s] {name}: {shown} {unit} {note}", flush=True)
 
-    def measure(self, run: Callable[["Report"], None]) -> None:
-        """Run a measurement, whatever becomes of it, and write the table."""
+    def measure(self, run: Callable[["Report"], None], possible: bool = True) -> None:
+        """Run a measurement, whatever becomes of it, where it is possible, and write the table."""
         name, left = run.__name__.strip("_").replace("_", " "), self.end - time.perf_counter()
-        if left < 5.0:
+        if not possible:
+            self.add(name, "not measured", note="no device")
+        elif left < 5.0:
             self.add(name, "skipped", note="no time left")
         else:
             signal.signal(signal.SIGALRM, _late)
@@ -108,6 +110,15 @@ class Report:
             note = str(row["note"]).replace("|", "/").replace("\n", " ")
             lines.append(f"| {row['name']} | {value} | {row['unit']} | {note} |")
         (self.folder / "device.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def missing_device() -> str:
+    """Why nothing can be measured on a device here; empty where there is one, or its simulator."""
+    try:
+        device.found("cuda")
+    except (ImportError, RuntimeError) as error:
+        return str(error).partition(";")[0]
+    return ""
 
 
 def _late(*_: Any) -> None:
