@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from in_simulator import CASES, LINEAR, sweep
+from in_simulator import CASES, LINEAR, SINGLE, sweep
 from substep_derive.declare.catalogue import find, find_scene
 from substep_derive.emit.first_use import catalogue_pair, pair_in_threads
 from substep_derive.motion.equations import EquationsOfMotion
@@ -22,6 +22,14 @@ HERE = Path(__file__).parent
 SIMULATED = {"NUMBA_ENABLE_CUDASIM": "1", "NUMBA_DISABLE_JIT": "1"}  # kernels of the CPU as plain Python: none compiles
 PRECISION = 1e-12  # relative, of linear marches
 OF_NEWTON = 1e-9  # of scenes, by the tolerance of Newton's iteration and what the motion makes of it
+OF_SINGLE = 1e-8, 1e-4  # single precision rounds to 6e-8: it is no closer, and keeps four digits in so few steps
+
+
+def is_right(case: str, difference: float) -> bool:
+    """Whether a case differs as little, and in single precision as much, as it has to."""
+    if case in SINGLE:
+        return OF_SINGLE[0] < difference < OF_SINGLE[1]
+    return difference <= (PRECISION if case in LINEAR else OF_NEWTON)
 
 
 @cache
@@ -37,7 +45,7 @@ def differences(*settings: tuple[str, str]) -> Mapping[str, float]:
 
 @pytest.mark.parametrize("case", CASES)
 def test_the_simulator_gives_the_values_of_the_cpu(case: str) -> None:
-    assert differences(*SIMULATED.items())[case] <= (PRECISION if case in LINEAR else OF_NEWTON)
+    assert is_right(case, differences(*SIMULATED.items())[case])
 
 
 def has_device() -> bool:
@@ -47,7 +55,7 @@ def has_device() -> bool:
 @pytest.mark.skipif(not has_device(), reason="numba finds no CUDA device here")
 @pytest.mark.parametrize("case", CASES)
 def test_a_device_gives_the_values_of_the_cpu(case: str) -> None:
-    assert differences()[case] <= (PRECISION if case in LINEAR else OF_NEWTON)
+    assert is_right(case, differences()[case])
 
 
 @pytest.mark.skipif(has_device(), reason="a CUDA device is here")

@@ -2,6 +2,7 @@
 
 import ast
 import importlib.util
+import inspect
 import re
 import sys
 from pathlib import Path
@@ -12,7 +13,10 @@ import numpy as np
 import pytest
 from numba import types
 from scipy.linalg import expm
+from substep_derive.declare.catalogue import find, find_scene
+from substep_derive.emit.first_use import pair_in_threads
 from substep_derive.emit.single import in_single
+from substep_derive.motion.equations import EquationsOfMotion
 from substep_kernels.marches import linear_filter
 from substep_kernels.pairs import bathe__elastic_pendulum as pair
 
@@ -91,6 +95,28 @@ def test_a_pair_computes_only_its_constants_in_double(tmp_path: Path) -> None:
     assert not _arithmetic_in_double(module.march_block, *signature)
 
 
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    "pair", [("bathe", "elastic_pendulum"), ("newmark", "sliding_block"), ("newmark", "softening")]
+)
+def test_a_thread_of_a_gpu_computes_nothing_in_double(pair: tuple[str, str], tmp_path: Path) -> None:
+    text = in_single(pair_in_threads(find(pair[0]), EquationsOfMotion(find_scene(pair[1]))))
+    for gpu, cpu in (
+        ("cuda.jit(device=True)", 'cuda.njit(error_model="numpy")'),
+        ("from numba import", "import numba as"),
+    ):
+        text = text.replace(gpu, cpu)
+    lane = text[: text.index("@_compile")].replace("_compile = cuda.jit(cache=True)", "")
+    module = _made(lane, tmp_path, f"thread_{pair[1]}")
+    sizes = {"state": 2, "out": 3, "extremes": 1, "iterations": 2, "newton": 2}
+    whole = {"n", "first", "stride", "iterations", "newton"}
+    signature = []
+    for name in inspect.signature(module._lane.py_func).parameters:
+        number = types.int64 if name in whole else types.float32
+        signature.append(types.Array(number, sizes[name], "C") if name in sizes else number)
+    assert not _arithmetic_in_double(module._lane, *signature)
+
+
 def test_peaks_of_a_long_record_are_exact_to_the_error_that_is_reported() -> None:
     dt, n, T, xi = 0.01, 20000, np.array([0.05, 0.3, 1.0, 5.0]), 0.02
     a = np.sin(np.arange(n) * dt) * np.cos(0.3 * np.arange(n) ** 0.9)
@@ -160,8 +186,6 @@ def test_what_has_no_kernels_in_single_precision_is_refused() -> None:
         ss.sweep(ss.structure([[1.0]], [[1.0]]), "newmark", **run)
     with pytest.raises(ValueError, match="where runs choose their steps"):
         ss.sweep("duffing", "newmark", tol=1e-3, t_end=0.1, dtype="float32")
-    with pytest.raises(ValueError, match="with device='cuda'"):
-        ss.response_spectrum([0.0, 1.0, 0.0], dt=0.01, device="cuda", dtype="float32")
     with pytest.raises(ValueError, match="whose energies depend on time"):
         ss.sweep("driven_duffing", "newmark", **run)
     with pytest.raises(ValueError, match="float16"):

@@ -44,7 +44,7 @@ def in_single(text: str) -> str:
         if not decorators & FOR_THE_COMPILER:
             _Single(f, whole, given).rewrite()
     after = 1 + max(k for k, line in enumerate(tree.body) if isinstance(line, ast.ImportFrom))
-    tree.body[after:after] = ast.parse("_f = np.float32").body
+    tree.body[after:after] = ast.parse("from numpy import float32 as _f").body
     return ast.unparse(ast.fix_missing_locations(tree)) + "\n"
 
 
@@ -72,11 +72,11 @@ def _number(e: ast.AST) -> float | None:
     inside = list(ast.walk(e))
     names = {x.id for x in inside if isinstance(x, ast.Name)}
     functions = {x.attr for x in inside if isinstance(x, ast.Attribute)}
-    if names - {"np"} or functions - set(dir(math)) or not isinstance(e, ast.expr):
+    if names - {"np", "math"} or functions - set(dir(math)) or not isinstance(e, ast.expr):
         return None
     if not functions and not any(isinstance(x, ast.Constant) for x in inside):
         return None
-    value: Any = eval(ast.unparse(e), {"np": math})
+    value: Any = eval(ast.unparse(e), {"np": math, "math": math})
     return float(value) if isinstance(value, int | float) else None
 
 
@@ -137,7 +137,7 @@ class _Single(ast.NodeTransformer):
             case ast.Call(func=ast.Name(id=name)):
                 return name in {"range", "int", "_leave", *IMPORTED}
             case (
-                ast.Call(func=ast.Attribute(attr="int32"))
+                ast.Call(func=ast.Attribute(attr="int32" | "grid"))
                 | ast.Call(keywords=[ast.keyword(arg="dtype")])
                 | ast.Compare()
                 | ast.BoolOp()
@@ -151,7 +151,7 @@ class _Single(ast.NodeTransformer):
         """An expression rewritten, and single where it was whole."""
         if isinstance(e, ast.Tuple):
             return ast.Tuple([self.single(x) for x in e.elts])
-        logical = isinstance(e, ast.Compare | ast.BoolOp | ast.UnaryOp) and _number(e) is None
+        logical = isinstance(e, ast.Compare | ast.BoolOp) or (isinstance(e, ast.UnaryOp) and isinstance(e.op, ast.Not))
         return _f(e) if self.is_whole(e) and not logical else self.visit(e)
 
     def visit(self, node: ast.AST) -> Any:
@@ -192,7 +192,7 @@ class _Single(ast.NodeTransformer):
                     x if parameter in whole else self.single(x) if _number(x) is not None else self.visit(x)
                     for parameter, x in zip(self.given[name], node.args, strict=True)
                 ]
-            case ast.Name() | ast.Attribute(value=ast.Name(id="np")) if not self.is_whole(node):
+            case ast.Name() | ast.Attribute(value=ast.Name(id="np" | "math")) if not self.is_whole(node):
                 node.args = [self.single(x) for x in node.args]
             case _:
                 pass
@@ -204,8 +204,11 @@ class _Single(ast.NodeTransformer):
         return node
 
     def visit_Return(self, node: ast.Return) -> ast.stmt:
-        """The same of results."""
-        if node.value is not None:
+        """The same of results; counts among several stay whole."""
+        if isinstance(node.value, ast.Tuple):
+            counts = [isinstance(x, ast.Name) and self.is_whole(x) for x in node.value.elts]
+            node.value.elts = [x if c else self.single(x) for x, c in zip(node.value.elts, counts, strict=True)]
+        elif node.value is not None:
             node.value = self.visit(node.value) if self.returns_whole else self.single(node.value)
         return node
 

@@ -15,6 +15,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from ..derived import modules
+from . import single
 from .arrays import Array
 from .errors import unknown_name
 
@@ -86,7 +87,7 @@ def found(device: Device | str) -> bool:
 
 def march_of_shape(name: str, K: int) -> Callable[..., None]:
     """The march of a shape, called as `march_K` of its module for a CPU."""
-    kernel = _march_of_shape(name, K).march
+    kernel = single.here(_march_of_shape(name, K)).march
 
     def march(C: Array, x: Array, *rest: Any) -> None:
         *F, forces, start, n, stride, out, peak, first, last = rest
@@ -110,7 +111,7 @@ def march_of_shape(name: str, K: int) -> Callable[..., None]:
 
 def peaks_of_filter(order: int, followed: int) -> Callable[..., None]:
     """The peaks of digital filters, called as `peaks_...` of the module for a CPU."""
-    kernel = _peaks_of_filter(order, followed).peaks
+    kernel = single.here(_peaks_of_filter(order, followed)).peaks
 
     def peaks(T: Array, f: Array, peak: Array, first: int, last: int) -> None:
         load = _there(f)
@@ -125,7 +126,7 @@ def peaks_of_filter(order: int, followed: int) -> Callable[..., None]:
 
 def march_of_pair(scheme: Any, scene: Any, names: Sequence[str]) -> Callable[..., None]:
     """The march of a scheme on a scene, called as `march` of the pair's module for a CPU; names: of its arguments."""
-    return _of_lanes(_march_of_pair(scheme, scene).march, names)
+    return _of_lanes(single.here(_march_of_pair(scheme, scene)).march, names)
 
 
 def adaptive_march(
@@ -174,13 +175,13 @@ def _is_array(x: Any) -> bool:
 
 
 def _there(x: Array) -> Any:
-    """A copy of an array in the device's memory."""
-    return numba_cuda().to_device(np.ascontiguousarray(x))
+    """A copy of an array in the device's memory, of floats in the precision of kernels here."""
+    return numba_cuda().to_device(np.ascontiguousarray(single.rounded(x) if x.dtype == np.float64 else x))
 
 
 def _room(shape: tuple[int, ...]) -> Any:
     """Room for an array of floats in the device's memory."""
-    return numba_cuda().device_array(shape)
+    return numba_cuda().device_array(shape, np.float32 if single.is_on() else np.float64)
 
 
 def _launch(kernel: Any, lanes: int, *arguments: Any) -> None:

@@ -7,7 +7,7 @@ to the state, so that no formula fails near critical damping or for small steps.
 
 import numpy as np
 
-from ..core import device
+from ..core import device, single
 from ..core.arrays import read_only
 from ..core.loads import Record
 from ..core.schemes import Array
@@ -82,9 +82,9 @@ def _march(
     C = np.ascontiguousarray(np.concatenate([row.reshape(P, -1) for row in rows], axis=1).T)
     nothing, to, f = np.empty((2, 0, 1)), np.empty((0, 3, P)) if out is None else out, read_only(samples)
 
-    march = device.march_of_shape("linear_march_2_01y", 2) if device.is_on() else march_2
-
     def part(first: int, last: int) -> None:
         march(C, x, f[:-1], f[1:], nothing, 0, n, stride, to, peak, first, last)
 
-    spread(part, P, WIDTH, nanoseconds=0.0 if device.is_on() else P * n * NANOSECONDS)
+    with single.on("float64"):
+        march = device.march_of_shape("linear_march_2_01y", 2) if device.is_on() else march_2
+        spread(part, P, WIDTH, nanoseconds=0.0 if device.is_on() else P * n * NANOSECONDS)

@@ -110,13 +110,13 @@ def response_spectrum(
     if refine not in (None, "auto"):
         raise ValueError(f'expected refine="auto", or none for the steps of the record, got {refine!r}')
     auto = refine is not None
-    single.require_possible(dtype, {"with device='cuda'": device == "cuda"})
+    single.require_possible(dtype, {})
 
     def peaks_of(some: Any, errors: bool) -> Peaks:
         of = s, omega[some], lanes_xi[some], load
         return peaks_refined(*of) if auto else peaks_at_samples(*of, errors)
 
-    with on("cpu" if dtype == "float32" else device), single.on(dtype):
+    with on(device), single.on(dtype):
         found = peaks_of(slice(None), errors)
     peaks = found.found
     dims = ("xi", "period")[-len(lanes) :]

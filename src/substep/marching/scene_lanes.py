@@ -305,10 +305,10 @@ def _run(
     threads: the march in the threads of a GPU, which takes all of them.
     """
     few = lanes < FEW and not single.is_on()
-    block = single.here(module).march_block
-    march, least, cost = (module.march, 1, 100) if few else (block, LEAST, 4)  # ns a step of a lane
     if threads is not None:
         march, least, cost = threads, max(lanes, 1), 0
+    else:  # cost: ns a step of a lane
+        march, least, cost = (module.march, 1, 100) if few else (single.here(module).march_block, LEAST, 4)
     given = [arrays[name] for name in module.ARGUMENTS]
 
     shared = arrays["forces"] if "forces" in arrays and len(arrays["forces"]) == 1 else None

@@ -113,7 +113,7 @@ def sweep(
     Raises ValueError, before anything is run, for names and values that do not fit, for both or neither of dt and tol,
     for a scheme that cannot change its step where steps are chosen, for draws outside of what a parameter allows, for
     t_end that is not a multiple of every dt, for a save that holds another sweep, and for float32 of a structure, with
-    tol, with device="cuda" and of a scene whose energies depend on time; ImportError for save where zarr is not
+    tol and of a scene whose energies depend on time; ImportError for save where zarr is not
     installed, and for device="cuda" where numba has no CUDA; RuntimeError where there is no such device. If running
     raises, the exception's `dataset` is what was done.
 

@@ -260,9 +260,7 @@ def planned(
         load = replace(load, **own)  # type: ignore[type-var]
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
     samples = int(samples) if isinstance(samples, np.integer) else samples
-    refused = {"where runs choose their steps": dt is None, "with device='cuda'": device == "cuda"}
-    require_possible(dtype, refused)
-    device = "cpu" if dtype == "float32" else device
+    require_possible(dtype, {"where runs choose their steps": dt is None})
     plan = ScenePlan(
         **vars(request), samples=samples, bound=bound, device=device, dtype=dtype, scene=of_scene.source, a0=a0,
         load=load,
