@@ -7,12 +7,15 @@ simulator, it takes the device that there is.
 import json
 import sys
 from collections.abc import Callable, Mapping
-from typing import Any
+from tempfile import TemporaryDirectory
+from typing import Any, cast
+from unittest.mock import patch
 
 import numpy as np
 
 import substep as ss
 from substep.core import device as core_device
+from substep.sweeps.scene_plan import ScenePlan
 
 LAUNCHED: list[int] = []  # how many lanes each launch of a kernel has had
 STEPS = 12
@@ -49,6 +52,58 @@ def exact_peaks(device: str) -> Mapping[str, Any]:
     """Of the exact response, as they follow from peaks, of the GPU in single precision, and their errors."""
     ds = spectrum("average_acceleration")(device, dtype="float64" if device == "cpu" else "float32")
     return {"exact": ds["displacement"] / (1.0 + ds["displacement_error"])}
+
+
+def in_parts(case: Callable[..., Mapping[str, Any]]) -> Callable[[str], Mapping[str, Any]]:
+    """A case on a device whose memory holds two lanes."""
+
+    def parts(first: int, last: int, *_: float) -> list[slice]:
+        return [slice(k, min(k + 2, last)) for k in range(first, last, 2)]
+
+    def found(device: str) -> Mapping[str, Any]:
+        with patch.object(core_device, "_parts", parts):
+            return case(device)
+
+    return found
+
+
+def resumed(case: Callable[..., Mapping[str, Any]]) -> Callable[[str], Mapping[str, Any]]:
+    """A sweep on a GPU in chunks of two points that is saved, stopped in the second one, and goes on."""
+
+    def found(device: str) -> Mapping[str, Any]:
+        if device == "cpu":
+            return case(device)
+        run = ScenePlan.run
+
+        def stopped(plan: ScenePlan, first: int, *rest: Any) -> Any:
+            if first == 2:
+                raise KeyboardInterrupt
+            return run(plan, first, *rest)
+
+        with TemporaryDirectory() as folder, patch.object(ScenePlan, "piece", lambda *_: (1, 2)):
+            with patch.object(ScenePlan, "run", stopped):
+                half: Any = case(device, save=f"{folder}/s.zarr")
+                done = (half["status"].values == 0).ravel()
+                assert half.attrs["interrupted"] == 1
+                assert done.tolist() == [True, True, *[False] * (done.size - 2)]
+            before, whole = len(LAUNCHED), cast("Any", case(device, save=f"{folder}/s.zarr")).load()
+            assert len(LAUNCHED) == before + done.size // 2 - 1
+            return whole
+
+    return found
+
+
+def on_a_cluster(device: str) -> Mapping[str, Any]:
+    """A sweep of four chunks by two processes, each with its device."""
+    from distributed import Client, LocalCluster
+
+    case = sweep("duffing", "newmark", u0=[0.5, 1.0], dt=[0.01, 0.02], t_end=0.12)
+    if device == "cpu":
+        return case(device)
+    LAUNCHED.append(0)  # by the workers, which raise an error where they have no device
+    two = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+    with LocalCluster(**two) as cluster, Client(cluster) as client:
+        return case(device, client=client)
 
 
 HALF_SINE = ss.HalfSine(1.0, 0.1)
@@ -139,6 +194,10 @@ def radii(scheme: str, **parameters: float) -> Callable[[str], Mapping[str, Any]
     return found
 
 
+LINEAR |= {f"in parts: {name}": in_parts(LINEAR[name]) for name in ("filter", "peak", "history", "own loads")}
+SCENES |= {f"in parts: {name}": in_parts(SCENES[name]) for name in ("pendulum, history", "tol, grid")}
+LINEAR["resumed"] = resumed(LINEAR["final"])
+SCENES["resumed"] = resumed(SCENES["pendulum"])
 LINEAR |= {f"radii of {name}": radii(name) for name in ("newmark", "generalized_alpha")}
 PEAKS = "displacement", "velocity", "acceleration"
 SINGLE = {
@@ -151,6 +210,7 @@ SINGLE = {
     "single: law": rounded(SCENES["law"], *"uv"),
 }
 CASES = {**LINEAR, **{f"scene: {name}": case for name, case in SCENES.items()}, **SINGLE}
+APART = {"cluster": on_a_cluster}
 
 
 def difference(case: Callable[[str], Mapping[str, Any]]) -> float:
@@ -180,4 +240,4 @@ def counted(launch: Callable[..., None]) -> Callable[..., None]:
 
 if __name__ == "__main__":
     core_device._launch = counted(core_device._launch)
-    print(json.dumps({name: difference(CASES[name]) for name in sys.argv[1:]}))
+    print(json.dumps({name: difference({**CASES, **APART}[name]) for name in sys.argv[1:]}))

@@ -33,10 +33,10 @@ def is_right(case: str, difference: float) -> bool:
 
 
 @cache
-def differences(*settings: tuple[str, str]) -> Mapping[str, float]:
-    """The largest relative difference of each case, found in a process with these settings."""
+def differences(*settings: tuple[str, str], apart: str = "") -> Mapping[str, float]:
+    """The largest relative difference of each case, or of one apart, found in a process with these settings."""
     found = subprocess.run(
-        [sys.executable, "-W", "ignore", str(HERE / "in_simulator.py"), *CASES],
+        [sys.executable, "-W", "ignore", str(HERE / "in_simulator.py"), *([apart] if apart else CASES)],
         env={**os.environ, **dict(settings)}, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert found.returncode == 0, found.stderr
@@ -46,6 +46,11 @@ def differences(*settings: tuple[str, str]) -> Mapping[str, float]:
 @pytest.mark.parametrize("case", CASES)
 def test_the_simulator_gives_the_values_of_the_cpu(case: str) -> None:
     assert is_right(case, differences(*SIMULATED.items())[case])
+
+
+@pytest.mark.thorough
+def test_each_worker_of_a_cluster_uses_its_device() -> None:
+    assert differences(*SIMULATED.items(), apart="cluster")["cluster"] <= OF_NEWTON
 
 
 def has_device() -> bool:
