@@ -62,6 +62,21 @@ def test_many_chunks_are_run_by_threads_that_each_use_one_core(workers: int, mon
     assert seen == {(True, workers)}
 
 
+def test_chunks_of_peaks_are_as_large_as_those_of_the_end() -> None:
+    """No history of theirs is in memory, whether kernels report accelerations or not."""
+    from substep.sweeps import scene_plan
+
+    pieces = {
+        (scheme, keep): scene_plan.planned(
+            "elastic_pendulum", scheme, 0.01, None, 10.0, keep, None, None, None, None, "cpu", "float64",
+            {"EA": 1e4, "v0": np.linspace(6.0, 8.0, 10**5)},
+        ).piece(cluster=False)
+        for scheme in ("bathe", "rk4") for keep in ("final", "peak")
+    }  # fmt: skip
+    assert len(set(pieces.values())) == 1
+    assert pieces["bathe", "peak"] > (3000,)
+
+
 @pytest.mark.parametrize("keep", ["final", "peak", "history"])
 def test_oscillators_of_a_chunk_are_run_some_at_a_time(keep: str, monkeypatch: pytest.MonkeyPatch) -> None:
     call: dict[str, Any] = {**OSCILLATOR, "keep": keep, "samples": 5 if keep == "history" else None}

@@ -220,7 +220,7 @@ class ScenePlan(SweepPlan):
         if self.by_tol:
             rows = self.rows if self.keep == "history" else int(self.keep == "final")
             return 8.0 * (rows * (6 * d + 4) + 100)
-        whole = self.bound < math.inf or (self.keep == "peak" and not self.oscillator)
+        whole = self.oscillator and self.bound < math.inf
         rows = n + 1 if whole else self.rows if self.keep == "history" else 2 * (self.keep == "final")
         own_load = any(axis.owner in ("scheme", "load") for axis in self.axes) or not self.oscillator
         sampled = min(n, LOADED) if self.oscillator and is_known(self.load) else n  # steps at a time
