@@ -15,6 +15,8 @@ Array = NDArray[np.float64]
 # arrays by value, see `by_value`: name, shape and bytes of each
 Values = tuple[tuple[str, tuple[int, ...], bytes], ...]
 
+ALONE = 1 << 18  # multiplications of a product that OpenBLAS does not share out among threads
+
 
 def read_only(array: Array) -> Array:
     """The array as contiguous 1-D and read-only: a view where it can be one, since it may be the caller's."""
@@ -40,6 +42,17 @@ def dot(x: Array, y: Array) -> float:
     place of 45, and 8 ms where two threads share a core.
     """
     return float(np.einsum("i,i->", x, y))
+
+
+def product(A: Array, X: Array) -> Array:
+    """A (m, k) times X (k, n) of many columns, in parts that OpenBLAS does not share out among threads; see `dot`."""
+    some = max(ALONE // max(A.size, 1), 1)
+    if X.shape[1] <= some:
+        return A @ X
+    found = np.empty((len(A), X.shape[1]))
+    for part in (slice(first, first + some) for first in range(0, X.shape[1], some)):
+        np.matmul(A, X[:, part], out=found[:, part])
+    return found
 
 
 def copy_rows(x: Array, to: Array) -> None:

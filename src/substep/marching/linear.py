@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import coefficients, device, single
-from ..core.arrays import Array, read_only
+from ..core.arrays import Array, product, read_only
 from ..core.kernel_modules import committed
 from ..core.loads import Load, LoadLanes, Record, values_at
 from ..core.response import STATUSES
@@ -162,7 +162,7 @@ def _coefficients(scheme: Scheme, Omega: Array, o: Oscillators, stencil: Array |
     C, D = coefficients.coefficient_rows(scheme, Omega, o.xi), m * m  # D stays as it is, to the last bit
     rest = C[D:]
     if stencil is not None:
-        rest = _to_ends(m, R, instants, stencil.tobytes()) @ rest
+        rest = product(_to_ends(m, R, instants, stencil.tobytes()), rest)
     blocks = _factors(m, instants if stencil is None else 2, coefficients.places(scheme))
     h, found = o.dt, np.empty((D + blocks[-1][1], len(o.dt)))
     found[:D], found[D : D + len(rest)], found[D + len(rest) :] = C[:D], rest, 1.0

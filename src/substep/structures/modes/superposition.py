@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...core.arrays import Array
+from ...core.arrays import ALONE, Array
 from ...core.memory import require_memory
 from ...core.response import Status
 from ...core.schemes import Scheme
@@ -33,8 +33,6 @@ from ..solvers.matrices import checked, reduced
 from .modal_energies import ModalEnergies
 from .modal_lanes import going_on, kind_of, modal_start, room_for
 from .modes import ModalBasis
-
-ALONE = 1 << 18  # multiplications of a product that OpenBLAS does not share out among threads; see `combine`
 
 
 def superpose(
