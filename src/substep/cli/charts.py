@@ -39,8 +39,8 @@ def chart(
     """Draw spectral radius, amplitude error and period error of schemes over h/T, or one quantity; as PNG and SVG.
 
     Parameters of a scheme follow its name after a colon. The last scheme is drawn in black. work-precision: draw error
-    against cost of all schemes on three scenes (--full: on nine), and where general solvers overtake, into the folder
-    of the file.
+    against cost of all schemes on three scenes (--full: on nine), where general solvers overtake, and a pendulum by
+    three models, into the folder of the file.
     """
     if names == ["work-precision"]:
         _work_precision(file.parent, full)

@@ -40,7 +40,10 @@ def choose(
     accuracy: Annotated[float, typer.Option(help="largest error allowed: relative, or in rad of the angle")],
     scene_name: SceneArgument = "",
     quantity: Annotated[
-        str, typer.Option(help="u, v, a, energy or angle; of a structure the number of a degree of freedom, from 0")
+        str,
+        typer.Option(
+            help="u, v, a, energy, angle, multipliers, a coordinate or an output; of a structure a dof, from 0"
+        ),
     ] = "u",
     t_end: Annotated[
         float | None, typer.Option(help="span in s; by default that of the scene's chart, or of a structure's load")

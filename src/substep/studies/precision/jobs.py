@@ -11,7 +11,7 @@ from pathlib import Path
 from ...core.scenes import scene
 from ...core.schemes import scheme, schemes
 from ...marching.scene_lanes import pair_kernels
-from . import charts, crossover, peers, scene_choice, tolerance_runs
+from . import charts, crossover, peers, scene_choice, stiffness, tolerance_runs
 from .cases import CASES, FURTHER, Case, runs
 
 Drawing = Callable[[], object]
@@ -51,6 +51,12 @@ def turning_points(folder: Path, *, full: bool) -> Drawing:
     return partial(crossover.chart, found, missing, folder)
 
 
+def models(folder: Path, *, full: bool) -> Drawing:
+    """Measure an elastic bar, a constraint and an angle over the stiffness of one pendulum."""
+    found = stiffness.measured([10.0**k for k in range(4, 15, 1 if full else 2)], repeats=20 if full else 3)
+    return partial(stiffness.chart, found, folder)
+
+
 def stiff_pendulum(folder: Path, *, full: bool) -> Drawing:
     """Find what to choose for the stiff pendulum: elastic or rigid bar, scheme, and step or, if full, tol too."""
     among = [scheme(name) for name in (schemes() if full else FEW)]
@@ -84,4 +90,4 @@ def operations(folder: Path) -> list[tuple[str, int, str, int]]:
 def jobs(full: bool) -> tuple[Callable[[Path], Drawing], ...]:
     """All measurements of times, one job each; what each returns draws it."""
     scenes = (partial(work_precision, case, full=full) for case in (*CASES, *(FURTHER if full else ())))
-    return (*scenes, partial(turning_points, full=full), partial(stiff_pendulum, full=full))
+    return (*scenes, *(partial(job, full=full) for job in (turning_points, models, stiff_pendulum)))

@@ -14,7 +14,7 @@ from ...core.scenes import Scene
 from ...core.schemes import Array, Scheme
 from ...marching.run import marched
 from ...marching.scene_lanes import pair_kernels
-from .reference import QUANTITIES, Reference
+from .reference import QUANTITIES, Reference, places, value
 
 T = TypeVar("T")
 SHORT = 0.025  # s: a run that takes longer is repeated less often
@@ -59,9 +59,13 @@ class Run:
 
 
 def quantities(scene: Scene) -> tuple[str, ...]:
-    """The quantities that the scene has: an angle if its one coordinate is in rad or its two are x and y."""
+    """The quantities that the scene has: an angle if its one coordinate is in rad or its two are x and y.
+
+    Multipliers if it has constraints; places are its coordinates and outputs, by name.
+    """
     turns = scene.coordinates[0][1] == "rad" or [name for name, _ in scene.coordinates] == ["x", "y"]
-    return tuple(name for name in QUANTITIES if name != "angle" or turns)
+    has = {"angle": turns, "multipliers": bool(scene.info.multipliers)}
+    return (*(name for name in QUANTITIES if has.get(name, True)), *places(scene))
 
 
 def cost(scene: Scene, scheme: Scheme, r: Response, steps: int) -> Cost:
@@ -117,8 +121,8 @@ def against(exact: Reference, scene: Scene, u: Array, v: Array, a: Array) -> dic
     found = {}
     with np.errstate(over="ignore", invalid="ignore"):
         for name in shared(exact.scene, scene):
-            expected = QUANTITIES[name](exact.scene, exact.t, exact.u, exact.v, exact.a)
-            error = QUANTITIES[name](scene, exact.t, u, v, a) - expected
+            expected = value(name, exact.scene, exact.t, exact.u, exact.v, exact.a)
+            error = value(name, scene, exact.t, u, v, a) - expected
             size = np.sqrt((error * error).sum(axis=1)) / (np.sqrt((expected * expected).sum(axis=1)).max() or 1.0)
             found[name] = Errors(float(size[-1]), float(size.max()), float(np.sqrt((size * size).mean())))
     return found
@@ -130,8 +134,11 @@ def failed(exact: Reference, scene: Scene) -> dict[str, Errors]:
 
 
 def shared(one: Scene, other: Scene) -> tuple[str, ...]:
-    """Quantities in which two models compare: the angle, and u, v, a if their coordinates are alike; not the energy."""
+    """Quantities in which two models compare: what both have, u, v, a if their coordinates are alike; not the energy.
+
+    Coordinates and outputs compare by name.
+    """
     if one is other:
         return quantities(one)
-    comparable = ("u", "v", "a", "angle") if one.coordinates == other.coordinates else ("angle",)
-    return tuple(name for name in comparable if name in quantities(one) and name in quantities(other))
+    apart = {"energy", *(() if one.coordinates == other.coordinates else "uva")}
+    return tuple(name for name in quantities(one) if name in quantities(other) and name not in apart)

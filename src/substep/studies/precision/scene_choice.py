@@ -22,11 +22,13 @@ from ...run.clock import end_asked
 from ..step_counts import FINER, PHASES, SAMPLES, ladder
 from ..turning import is_elastic_pendulum, outgrows
 from .charts import SECTION
-from .measure import Run, measure, quantities, shared
+from .measure import Run, measure, quantities
+from .models import difference, simpler_models
 from .reference import MOST_STEPS, Reference, reference
 from .tolerance_runs import TOLERANCES, least, measure_chosen
 
 MOST_OPERATIONS = 2e8  # of one run, some tenths of a second
+FEW = 3  # reasons that a text holds
 REPEATS = 20  # of the run that is recommended
 
 
@@ -88,12 +90,13 @@ class Choice(Exported):
     """best: the candidate of the fewest operations within the accuracy, None if none is; candidates: all tried.
 
     For every scheme and model, all constant steps of the ladder were tried with which a run costs less than the best
-    one, but for those `unmade`; so were all tolerances of the schemes that chose their steps. interrupted: Ctrl-C ended
-    the search before that, so that something cheaper may have been left untried. `save` keeps the candidates, of which
-    the accurate one of the fewest operations is the best, and the text.
+    one, but for those `unmade`; so were all tolerances of the schemes that chose their steps. left_out: why models and
+    schemes were not tried. interrupted: Ctrl-C ended the search before that, so that something cheaper may have been
+    left untried. `save` keeps the candidates, of which the accurate one of the fewest operations is the best, and the
+    text.
     """
 
-    axes: ClassVar = {"candidates": ("candidate",), "text": ()}
+    axes: ClassVar = {"candidates": ("candidate",), "left_out": ("reason",), "text": ()}
 
     quantity: str
     accuracy: float
@@ -102,6 +105,7 @@ class Choice(Exported):
     candidates: tuple[Candidate, ...]
     interrupted: bool = False
     unmade: tuple[Unmade, ...] = ()
+    left_out: tuple[str, ...] = ()
 
     @property
     def runner_up(self) -> Candidate | None:
@@ -160,6 +164,9 @@ class Choice(Exported):
             lines.append(f"in {kind} nothing is as accurate for less")
         if self.unmade:
             lines.append(self._predicted)
+        lines += [f"left out: {reason}" for reason in self.left_out[:FEW]]
+        if more := self.left_out[FEW:]:
+            lines.append(f"left out: {len(more)} more, `left_out` says why")
         lines.append(f"reference: {self.reference.source}")
         return "\n".join(lines)
 
@@ -170,13 +177,6 @@ class Choice(Exported):
             f"not run: {len(self.unmade)} steps of {schemes} scheme{'s' * (schemes > 1)}, with which errors along the "
             "stiff bar are predicted to grow beyond the motion (substep.studies.turning)"
         )
-
-
-def rigid(scene: Scene) -> tuple[Scene, ...]:
-    """The simpler model of an elastic pendulum: the same pendulum on a bar that cannot stretch."""
-    if not is_elastic_pendulum(scene):
-        return ()
-    return (make_scene("rigid_pendulum", **{name: scene.parameters[name] for name in ("L", "m", "v0")}),)
 
 
 def sampled_reference(scene: Scene, t_end: float, wished: float, quantity: str) -> Reference:
@@ -208,8 +208,10 @@ def choose(
 
     accuracy: bound on the largest error over the span, relative to the quantity's largest value, or in rad for the
     angle. Errors are taken at equal times, 50 or more and 8 in a vibration or more; a run takes at least as many steps.
-    quantity: "u", "v", "a", "energy" or "angle", where the scene has it. simpler: simpler models that may replace the
-    scene, by default the rigid bar for an elastic pendulum; one is compared only in quantities that both have.
+    quantity: "u", "v", "a", "energy", "angle" or "multipliers", where the scene has it, or a coordinate or an output by
+    name. simpler: simpler models that may replace the scene, by default the rigid bar for an elastic pendulum (see
+    `simpler_models`); one has to have the quantity too, and the motion of one that differs by more than the accuracy is
+    left out, since no scheme mends that. So are schemes that refuse a model, unless they all refuse the scene.
     among: schemes to choose from, names or handles, by default all, each at its default parameters.
     chosen: those that are tried in steps that choose themselves too, besides constant ones; by default, on each model,
     the one that needs the least work in constant steps, since kernels have to be compiled for each.
@@ -229,15 +231,19 @@ def choose(
     if not methods:
         raise ValueError("expected schemes to choose among, got none; name one, or leave among out for all")
     exact = sampled_reference(scene, t_end, accuracy / FINER, quantity)
-    simple = rigid(scene) if simpler is None else simpler
+    simple = simpler_models(scene, quantity) if simpler is None else simpler
+    left_out: list[str] = []
+    models = [scene, *(model for model in simple if not _differs(exact, model, quantity, accuracy, left_out))]
     tried: list[Candidate] = []  # one by one, so that it holds what was tried if the search is interrupted
     unmade: list[Unmade] = []
     interrupted = False
     try:
-        for model in (scene, *(model for model in simple if quantity in shared(scene, model))):
+        for model in models:
             before = len(tried)
-            steps = {s: _constant(exact, model, s) for s in methods}
+            steps = {s: _constant(exact, model, s, left_out) for s in methods}
             tried.extend(_search(model, steps, quantity, accuracy, _limit(tried, accuracy), unmade))
+            if not (tried or unmade):
+                raise ValueError(left_out[-1])
             constant = [(c.scheme, c.run) for c in tried[before:]]
             wanted = least(constant, model, quantity, accuracy) if uneven is None else uneven
             tolerances = {s: _chosen(exact, model, s) for s in wanted}
@@ -249,7 +255,18 @@ def choose(
     best = min((c for c in tried if c.error <= accuracy), key=_work, default=None)
     if best is not None and not interrupted:
         best = replace(best, run=_repeated(exact, best))
-    return Choice(quantity, accuracy, exact, best, tuple(tried), interrupted, tuple(unmade))
+    return Choice(quantity, accuracy, exact, best, tuple(tried), interrupted, tuple(unmade), tuple(left_out))
+
+
+def _differs(exact: Reference, model: Scene, quantity: str, accuracy: float, left_out: list[str]) -> bool:
+    """Whether the model itself, without an error of time steps, is less accurate than is wished; left_out gets why."""
+    error = difference(exact, model, quantity, accuracy / FINER)
+    if error > accuracy:
+        left_out.append(
+            f"{model.name} differs from {exact.scene.name} by {error:.3g}" if np.isfinite(error)
+            else f"{model.name} has no {quantity} to compare"
+        )  # fmt: skip
+    return error > accuracy
 
 
 def _work(candidate: Candidate) -> int:
@@ -261,14 +278,17 @@ def _limit(tried: Sequence[Candidate], accuracy: float) -> float:
     return min((_work(c) for c in tried if c.error <= accuracy), default=MOST_OPERATIONS)
 
 
-def _constant(exact: Reference, model: Scene, s: Scheme) -> Iterator[Run | Unmade]:
-    """Runs in finer and finer constant steps, but for those predicted to fail."""
+def _constant(exact: Reference, model: Scene, s: Scheme, left_out: list[str]) -> Iterator[Run | Unmade]:
+    """Runs in finer and finer constant steps, but for those predicted to fail; left_out gets why a scheme has none."""
     stiff = model is exact.scene and is_elastic_pendulum(model)
-    for steps in ladder(len(exact.t) - 1):
-        if stiff and outgrows(s, model, exact.u, exact.v, float(exact.t[-1]) / steps, steps):
-            yield Unmade(model, s, steps, pair_kernels(model, s).OPERATIONS["step"] * steps)
-        else:
-            yield measure(exact, s, steps, 0, model)
+    try:
+        for steps in ladder(len(exact.t) - 1):
+            if stiff and outgrows(s, model, exact.u, exact.v, float(exact.t[-1]) / steps, steps):
+                yield Unmade(model, s, steps, pair_kernels(model, s).OPERATIONS["step"] * steps)
+            else:
+                yield measure(exact, s, steps, 0, model)
+    except ValueError as error:
+        left_out.append(str(error))
 
 
 def _chosen(exact: Reference, model: Scene, s: Scheme) -> Iterator[Run]:

@@ -11,6 +11,7 @@ from ...core.scenes import Scene
 from ...core.schemes import Scheme
 from ...marching.adaptive import adaptive_kernels
 from ...marching.run import marched
+from ...marching.scene_lanes import pair_kernels
 from .measure import LONG, Cost, Run, measured
 from .reference import Reference
 
@@ -20,7 +21,12 @@ BEYOND = 100.0  # times the kinetic energy
 
 
 def can_choose(scheme: Scheme, scene: Scene) -> bool:
-    """Whether the scheme can march the scene in steps that choose themselves: it estimates its local error."""
+    """Whether the scheme can march the scene in steps that choose themselves by a kernel: it estimates its local error.
+
+    Scenes with reactions have none, since their steps end at events.
+    """
+    if scene.info.reactions:
+        return False
     try:
         adaptive_kernels(scene, scheme)
     except ValueError:
@@ -68,13 +74,16 @@ def cost(scene: Scene, scheme: Scheme, r: Response) -> Cost:
     """What the run cost; the iterations of a rejected step are not counted, and taken as those of an accepted one.
 
     Two half steps, where the estimate needs them, count as two steps more; an acceleration that it needs besides the
-    step as an evaluation.
+    step as an evaluation. With reactions the two halves are the steps that count, and a whole one is made besides.
     """
     assert r.statistics is not None
-    made, each = r.statistics, adaptive_kernels(scene, scheme).OPERATIONS
-    error = scheme.local_error(scene.info.damped)
-    steps, named = steps_of(r), set(_names(error.terms if error.always else error.terms[:2]))  # of each step
-    marched = 3 * steps if any(name.endswith("*halved") for name in named) else steps
+    made, steps, named = r.statistics, steps_of(r), set[str]()
+    if scene.info.reactions:
+        each, marched = pair_kernels(scene, scheme).OPERATIONS, 3 * steps // 2
+    else:
+        each, error = adaptive_kernels(scene, scheme).OPERATIONS, scheme.local_error(scene.info.damped)
+        named = set(_names(error.terms if error.always else error.terms[:2]))  # of each step
+        marched = 3 * steps if any(name.endswith("*halved") for name in named) else steps
     newton = [count * marched / max(made.accepted, 1) for count in made.newton_iterations]
     solves = round(sum(max(count, marched) for count in newton))
     besides = steps if named & {"a_*start", "a_*end"} else 0
