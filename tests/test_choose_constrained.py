@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from substep_derive import Scene as Declaration
+from substep_derive import prescribed
 from substep_derive.declare.scene import optional
 from substep_derive.declare.symbols import rate
 from sympy import Rational, cos, sin, symbols
 
 import substep as ss
-from substep.studies.precision import cases, choose, measure, scene_choice, stiffness
+from substep.studies.precision import cases, charts, choose, jobs, measure, peers, scene_choice, stiffness
 from substep.studies.precision import reference as references
 
 AMONG = ("average_acceleration", "generalized_alpha", "bathe")
@@ -47,6 +48,52 @@ def test_reference_with_constraints(rod: ss.Scene, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(references, "TOLERANCES", (1e-3, 1e-4))
     with pytest.raises(ValueError, match=r"that two runs of DOP853 over 2 s agree on to 1e-14"):
         references.reference(rod, 2.0, 4, 1e-14)
+
+
+@pytest.mark.parametrize(
+    "case",
+    [*cases.CONSTRAINED[:-1], pytest.param(cases.CONSTRAINED[-1], marks=pytest.mark.thorough)],
+    ids=lambda case: case.name,
+)
+def test_charts_with_constraints_have_references(case: cases.Case) -> None:
+    found = case.reference()
+    energy = found.scene.energy(found.t, found.u, found.v)
+    assert np.ptp(energy) < 1e-9 * np.abs(found.scene.E0)
+    left, rate, _ = found.scene.drift(found.t, found.u, found.v)
+    assert np.abs(left).max() < 1e-10 * found.scene.length
+    assert np.abs(rate).max() < 1e-10 * np.abs(found.v).max()
+    assert cases.span(found.scene) == case.t_end
+    if case.name == "squeezer":  # in arithmetic of 80 bits, of another program
+        assert found.u[-1, :2] == pytest.approx([15.810771195153712, -15.756371058411845], abs=1e-9)
+        multipliers = found.scene.multipliers(found.t, found.u, found.v)
+        assert np.abs(multipliers[-1, :2]) == pytest.approx([199.17534810453844, 29.755309974971893], rel=1e-8)
+
+
+@pytest.mark.usefixtures("uncompiled")
+def test_errors_of_multipliers_have_the_derived_orders() -> None:
+    """Those of Bathe's scheme are of first order as it solves for them, and of second from its u and v."""
+    case = cases.CONSTRAINED[0]
+    exact = case.reference()
+    assert not cases.runs(case, exact, ["kr_alpha"], every=9, repeats=0)
+    coarse, fine = (measure.measure(exact, ss.scheme("bathe"), n, 0) for n in (400, 800))
+    own, found = (np.log2(coarse.errors[x].rms / fine.errors[x].rms) for x in (measure.OWN, "multipliers"))
+    assert own == pytest.approx(prescribed("bathe").multiplier.power, abs=0.1)
+    assert found == pytest.approx(2.0, abs=0.1)
+    assert measure.failed(exact, exact.scene)[measure.OWN].maximum == np.inf
+
+
+@pytest.mark.thorough
+@pytest.mark.usefixtures("uncompiled")
+def test_charts_with_constraints_are_drawn(tmp_path: Path) -> None:
+    case = cases.CONSTRAINED[0]
+    found = cases.runs(case, case.reference(), ["bathe", "energy_momentum"], every=4, repeats=1)
+    assert peers.peers(case.reference()) == ([], {})
+    charts.work_precision(case, case.reference(), found, [], [], {}, tmp_path)
+    assert (tmp_path / "work_precision_rod_quantities.png").stat().st_size > 10_000
+    head = (tmp_path / "work_precision_rod.csv").read_text(encoding="utf-8").splitlines()[0]
+    assert "own_multipliers_maximum" in head
+    with pytest.raises(ValueError, match="a scene of the work-precision charts.*'rot'.*did you mean"):
+        jobs.cases_named(["rot"])
 
 
 @pytest.mark.usefixtures("uncompiled")

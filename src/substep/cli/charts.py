@@ -1,6 +1,7 @@
 """The command `substep chart`: stability functions of schemes, and speed against accuracy."""
 
 import math
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -24,7 +25,7 @@ def chart(
     names: Annotated[
         list[str],
         typer.Argument(
-            help="schemes such as bathe, newmark:beta=1/4 or file.py:mine; or work-precision",
+            help="schemes such as bathe, newmark:beta=1/4 or file.py:mine; or work-precision, and which of its scenes",
             autocompletion=known_schemes,
         ),
     ],
@@ -39,11 +40,12 @@ def chart(
     """Draw spectral radius, amplitude error and period error of schemes over h/T, or one quantity; as PNG and SVG.
 
     Parameters of a scheme follow its name after a colon. The last scheme is drawn in black. work-precision: draw error
-    against cost of all schemes on three scenes (--full: on nine), where general solvers overtake, and a pendulum by
-    three models, into the folder of the file.
+    against cost of all schemes on three scenes (--full: on thirteen), where general solvers overtake, and a pendulum by
+    three models, into the folder of the file. work-precision rod rods crank squeezer: these scenes alone, which have
+    constraints.
     """
-    if names == ["work-precision"]:
-        _work_precision(file.parent, full)
+    if names[0] == "work-precision":
+        _work_precision(file.parent, names[1:], full)
         return
     from ..figures import charts  # noqa: PLC0415 (Matplotlib only when asked for)
 
@@ -94,13 +96,19 @@ def _label(name: str) -> str:
     return name.rpartition(".py:")[2].replace(":", ", ").replace(",", ", ").replace("  ", " ").replace("=", " = ")
 
 
-def _work_precision(folder: Path, full: bool) -> None:
-    from ..studies.precision.jobs import jobs, operations  # noqa: PLC0415
+def _work_precision(folder: Path, scenes: list[str], full: bool) -> None:
+    """The charts of some scenes, by their names on the charts, or all."""
+    from ..studies.precision.jobs import cases_named, jobs, operations, work_precision  # noqa: PLC0415
 
+    try:
+        asked = [partial(work_precision, case, full=full) for case in cases_named(scenes)]
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
     folder.mkdir(parents=True, exist_ok=True)
     console = Console()
     with Progress(console=console) as progress:
-        for job in progress.track(jobs(full), description="speed against accuracy"):
+        for job in progress.track(asked or jobs(full), description="speed against accuracy"):
             job(folder)()
-    operations(folder)
+    if not asked:
+        operations(folder)
     console.print(f"charts and tables are in {folder.resolve()}")

@@ -15,7 +15,7 @@ from ...core.style import COLOURS, MOST, REFERENCE, look, styled
 from ...derived import facade
 from ...figures.charts import save
 from .cases import Case
-from .measure import LONG, Run
+from .measure import LONG, OWN, Run
 from .reference import Reference
 
 SECTION = "Speed against accuracy"
@@ -27,6 +27,15 @@ COSTS: Mapping[str, Callable[[Run], float]] = {
     "time (ms)": lambda run: 1e3 * run.seconds,
 }
 SHOWN = {"u": "displacement", "v": "velocity", "a": "acceleration", "energy": "energy"}
+SHOWN_CONSTRAINED = {
+    "u": "displacement $u$", "v": "velocity $v$", "multipliers": r"multipliers $\lambda$ from $u$ and $v$",
+    OWN: r"the scheme's own $\lambda$",
+}  # fmt: skip
+WHAT = {  # by whether there are constraints
+    False: "displacement, velocity, acceleration and energy (its drift)",
+    True: "displacement, velocity, the multipliers that follow from these, and those that schemes have solved for",
+}
+SOLVERS = f"Black: general solvers at falling tolerances, until a run takes {LONG:g} s."
 CHOSEN = """Below, dashed: steps that choose themselves, at falling tolerances, beside constant steps of the same
     schemes; a rejected step is counted as an accepted one."""
 STATISTICS = {"final": "at the end", "maximum": "largest", "rms": "root mean square"}
@@ -207,8 +216,8 @@ def _costs(
         f"""{subject}: solves (of a balance by its effective stiffness, or by the mass if explicit), evaluations of
         force and tangent, and time without compilation. Rows by kind and order of schemes, at default parameters,
         others in grey; a composite is compared at equal work, since its sub-steps count. Triangles have the derived
-        orders, which hold with damping and load too: undamped, as here, a scheme may be better. Black: general solvers
-        at falling tolerances, until a run takes {LONG:g} s. {CHOSEN if chosen else ""}
+        orders, which hold with damping and load too: undamped, as here, a scheme may be better.
+        {SOLVERS if peers else ""} {CHOSEN if chosen else ""}
         {_sentences(case.note, floor, absent)}""",
     )  # fmt: skip
 
@@ -241,17 +250,21 @@ def best(
 
 @styled
 def _quantities(case: Case, exact: Reference, runs: Sequence[Run], chosen: Sequence[Run], folder: Path) -> None:
-    """Errors of u, v, a and the energy, three ways each, over evaluations: every scheme, and the best of each kind."""
+    """Errors of four quantities, three ways each, over evaluations: every scheme, and the best of each kind.
+
+    They are u, v, a and the energy; with constraints u, v and the multipliers, in both ways.
+    """
+    shown = SHOWN_CONSTRAINED if exact.scene.info.multipliers else SHOWN
     mine = by_method(runs)
     groups = {kind: [run for name in names for run in mine.get(name, ())] for kind, names in kinds().items()}
-    groups["steps that choose themselves"] = list(chosen)
+    groups |= {"steps that choose themselves": list(chosen)} if chosen else {}
     figure = Figure(figsize=(14, 9.5))
-    grid = figure.subplots(len(STATISTICS), len(SHOWN), sharex=True, sharey="col")
+    grid = figure.subplots(len(STATISTICS), len(shown), sharex=True, sharey="col")
     label, cost = list(COSTS.items())[1]
-    for axes, title in zip(grid[0], SHOWN.values(), strict=True):
+    for axes, title in zip(grid[0], shown.values(), strict=True):
         axes.set_title(title)
     for row, (statistic, label_of) in zip(grid, STATISTICS.items(), strict=True):
-        for axes, quantity in zip(row, SHOWN, strict=True):
+        for axes, quantity in zip(row, shown, strict=True):
 
             def error(run: Run, quantity: str = quantity, statistic: str = statistic) -> float:
                 return getattr(run.errors[quantity], statistic)
@@ -271,9 +284,9 @@ def _quantities(case: Case, exact: Reference, runs: Sequence[Run], chosen: Seque
     figure.suptitle(f"{case.title}: errors of every quantity" + (f"\n{case.note}" if case.note else ""))
     save(
         figure, folder / f"work_precision_{case.name}_quantities", SECTION,
-        f"""{case.title}: errors of displacement, velocity, acceleration and energy (its drift) at the end, the largest,
-        and the root of the mean square on a grid of {len(exact.t) - 1} intervals, each relative to the largest value of
-        the exact motion, over evaluations of force and tangent. Grey: every scheme in constant steps. Coloured, for
-        each kind of scheme: the least error of any of its runs that costs no more.
+        f"""{case.title}: errors of {WHAT[bool(exact.scene.info.multipliers)]} at the end, the largest, and the root
+        of the mean square on a grid of {len(exact.t) - 1} intervals, each relative to the largest value of the exact
+        motion, over evaluations of force and tangent. Grey: every scheme in constant steps. Coloured, for each kind of
+        scheme: the least error of any of its runs that costs no more.
         {_sentences(case.note)}""",
     )  # fmt: skip

@@ -8,11 +8,12 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
+from ...core.errors import unknown_name
 from ...core.scenes import scene
 from ...core.schemes import scheme, schemes
 from ...marching.scene_lanes import pair_kernels
 from . import charts, crossover, peers, scene_choice, stiffness, tolerance_runs
-from .cases import CASES, FURTHER, Case, runs
+from .cases import CASES, EVERY, Case, runs
 
 Drawing = Callable[[], object]
 
@@ -87,7 +88,15 @@ def operations(folder: Path) -> list[tuple[str, int, str, int]]:
     return rows
 
 
+def cases_named(names: Sequence[str]) -> tuple[Case, ...]:
+    """The cases of these names. Raises ValueError for one that there is not."""
+    by = {case.name: case for case in EVERY}
+    if wrong := next((name for name in names if name not in by), None):
+        raise unknown_name("a scene of the work-precision charts", wrong, by)
+    return tuple(by[name] for name in names)
+
+
 def jobs(full: bool) -> tuple[Callable[[Path], Drawing], ...]:
     """All measurements of times, one job each; what each returns draws it."""
-    scenes = (partial(work_precision, case, full=full) for case in (*CASES, *(FURTHER if full else ())))
+    scenes = (partial(work_precision, case, full=full) for case in (EVERY if full else CASES))
     return (*scenes, *(partial(job, full=full) for job in (turning_points, models, stiff_pendulum)))

@@ -18,6 +18,7 @@ from .reference import QUANTITIES, Reference, places, value
 
 T = TypeVar("T")
 SHORT = 0.025  # s: a run that takes longer is repeated less often
+OWN = "own_multipliers"  # those with which a scheme has solved its balances, beside those of the equations of motion
 LONG = 0.5  # s, after which a method is not tried any finer
 
 
@@ -113,16 +114,27 @@ def measured(
     r, seconds = run(), np.nan
     if repeats:
         r, seconds = timed(run, repeats)
-    return r, seconds, against(exact, scene, r.u, r.v, r.a) if r.status == "completed" else failed(exact, scene)
+    if r.status != "completed":
+        return r, seconds, failed(exact, scene)
+    own = [r.memory[name] for name in scene.info.multipliers]
+    return r, seconds, against(exact, scene, r.u, r.v, r.a, np.stack(own, axis=1) if own else None)
 
 
-def against(exact: Reference, scene: Scene, u: Array, v: Array, a: Array) -> dict[str, Errors]:
-    """Errors of each quantity that both scenes have, from u, v, a (n, d) at the reference's times."""
+def against(
+    exact: Reference, scene: Scene, u: Array, v: Array, a: Array, own: Array | None = None
+) -> dict[str, Errors]:
+    """Errors of each quantity that both scenes have, from u, v, a (n, d) at the reference's times.
+
+    own: the scheme's multipliers (n, c), which are compared on the scene of the reference.
+    """
     found = {}
     with np.errstate(over="ignore", invalid="ignore"):
-        for name in shared(exact.scene, scene):
-            expected = value(name, exact.scene, exact.t, exact.u, exact.v, exact.a)
-            error = value(name, scene, exact.t, u, v, a) - expected
+        for name in _compared(exact, scene) if own is not None else shared(exact.scene, scene):
+            expected, here = (
+                value("multipliers" if name == OWN else name, of, exact.t, *uva)
+                for of, uva in ((exact.scene, (exact.u, exact.v, exact.a)), (scene, (u, v, a)))
+            )
+            error = (own if name == OWN and own is not None else here) - expected
             size = np.sqrt((error * error).sum(axis=1)) / (np.sqrt((expected * expected).sum(axis=1)).max() or 1.0)
             found[name] = Errors(float(size[-1]), float(size.max()), float(np.sqrt((size * size).mean())))
     return found
@@ -130,7 +142,12 @@ def against(exact: Reference, scene: Scene, u: Array, v: Array, a: Array) -> dic
 
 def failed(exact: Reference, scene: Scene) -> dict[str, Errors]:
     """The errors of a run that did not reach the end: all are inf."""
-    return dict.fromkeys(shared(exact.scene, scene), Errors(np.inf, np.inf, np.inf))
+    return dict.fromkeys(_compared(exact, scene), Errors(np.inf, np.inf, np.inf))
+
+
+def _compared(exact: Reference, scene: Scene) -> tuple[str, ...]:
+    """The quantities of a run's errors."""
+    return (*shared(exact.scene, scene), *([OWN] if scene is exact.scene and scene.info.multipliers else []))
 
 
 def shared(one: Scene, other: Scene) -> tuple[str, ...]:

@@ -86,8 +86,11 @@ class Peer:
 def peers(exact: Reference, wanted: tuple[str, ...] | None = None) -> tuple[list[Peer], dict[str, str]]:
     """The wanted solvers (None: all) that are installed, and the ImportError's message for each missing package.
 
-    Any other error is a mistake here, or a broken installation, and is raised.
+    Any other error is a mistake here, or a broken installation, and is raised. None for a scene with constraints, which
+    is no ordinary differential equation.
     """
+    if exact.scene.info.multipliers:
+        return [], {}
     slope = _SLOPES[exact.scene.name]
     p = np.array(list(exact.scene.parameters.values()))
     start = np.concatenate([exact.scene.u0, exact.scene.v0])
