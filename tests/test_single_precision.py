@@ -190,3 +190,11 @@ def test_what_has_no_kernels_in_single_precision_is_refused() -> None:
         ss.sweep("driven_duffing", "newmark", **run)
     with pytest.raises(ValueError, match="float16"):
         ss.sweep("linear_oscillator", "newmark", omega=1.0, dt=0.01, t_end=0.1, dtype="float16")  # type: ignore[arg-type]
+
+
+def test_what_rounding_is_compared_with_is_that_of_single_precision_with_either_sign() -> None:
+    text = in_single(
+        "from math import sqrt\n\n\ndef closed(g, x):\n    return g <= -1e-12 * x or g < 1e-12 or g > -0.5\n"
+    )
+    found = [node.value for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Constant)]
+    assert sorted(map(abs, found)) == [2.0**29 * 1e-12, 2.0**29 * 1e-12, 0.5]

@@ -157,7 +157,8 @@ class _Single(ast.NodeTransformer):
     def visit(self, node: ast.AST) -> Any:
         """A node rewritten; numbers alone, as 1/2, are computed here."""
         if isinstance(node, ast.expr) and not self.is_whole(node) and (number := _number(node)) is not None:
-            scale = EPS if isinstance(node, ast.Constant) and ROUNDING[0] < number < ROUNDING[1] else 1.0
+            alone = node.operand if isinstance(node, ast.UnaryOp) else node
+            scale = EPS if isinstance(alone, ast.Constant) and ROUNDING[0] < abs(number) < ROUNDING[1] else 1.0
             return _f(ast.Constant(scale * number) if math.isfinite(number) else node)
         return super().visit(node)
 
