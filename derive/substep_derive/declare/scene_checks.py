@@ -221,7 +221,8 @@ def _mass(scene: _Declared) -> None:
     if len(q) > MOST and mass.free_symbols & {*q, t}:
         raise DeclarationError(
             f"{scene.name}: expected at most {MOST} coordinates where the mass depends on them or on t, since its "
-            f"inverse is written out, got {len(q)}; choose coordinates in which it is constant"
+            f"inverse is written out, got {len(q)}; choose coordinates in which it is constant, as x and y with "
+            "constraints"
         )
     values = {p.symbol: p.inside(Rational(3 + k, 7 + k)) for k, p in enumerate(scene.parameters)}
     anywhere = {x: Rational(3, 5 + k) for k, x in enumerate((*q, t))}
