@@ -221,7 +221,7 @@ def work(scene: Any, scheme: str, r: Any) -> float:
 )
 def test_the_table_of_readings_is_what_is_measured(scheme: str) -> None:
     """Its text but for the cost, of which iterations may differ by a few."""
-    page = (Path(__file__).parents[1] / "docs" / "constraints.md").read_text()
+    page = (Path(__file__).parents[1] / "docs" / "constraints_and_contact.md").read_text()
     said = dict(line.removesuffix(" |").rsplit(" | ", 1) for line in page.splitlines() if line.count(" | ") == 7)
     for level, projected in product(("position", "velocity"), (False, True)):
         start, cost = row(scheme, level, projected=projected)

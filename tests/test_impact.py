@@ -14,7 +14,7 @@ from test_contact import SOME, H, remembered
 
 import substep as ss
 
-PAGE = Path(__file__).parents[1] / "docs" / "constraints.md"
+PAGE = Path(__file__).parents[1] / "docs" / "constraints_and_contact.md"
 # whether remembered where impacts do not end; None for both
 UNENDING = {"oalts": False, **dict.fromkeys(("esdirk43", "sdirk4"))}
 CASES = [(name, kept) for name in (TAKEN if VERIFY else SOME) for kept in (True, False)]

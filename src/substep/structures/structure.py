@@ -158,15 +158,15 @@ def structure(
     u0="static": the displacements in equilibrium with the loads at t = 0, of an internal force by Newton's iteration
     from zero with its tangent. fixed: degrees of freedom held at 0. constraints: T (N, n), the displacements of all as
     T q of those that are independent; or a mapping of names to functions of u (N,) that return g and its gradient G, a
-    number and (N,) or (s,) and (s, N), where reactions -G^T lambda keep g at 0: see docs/constraints.md. names: of all
-    N, for `fixed`, `load` and `dofs`.
+    number and (N,) or (s,) and (s, N), where reactions -G^T lambda keep g at 0: see docs/constraints_and_contact.md.
+    names: of all N, for `fixed`, `load` and `dofs`.
     contacts: a mapping of names to pairs of a row of B (N,), as of a spring, and a gap g0, in the units of u; or of
     rows (s, N) and gaps (s,). A reaction of that name keeps g0 + B u from becoming negative. restitution: for all of
     them, or by name, the share of the velocity that closed a gap with which it opens, from 0 to 1; friction: a mapping
     of names to pairs of a row of B and a limit, the force that acts along it against sliding at most, in the units of
     the load, or a mapping from contacts to coefficients of friction; remembered: whether
     the acceleration that a scheme keeps is with that of the reactions, as degrees of freedom without mass need it: see
-    docs/constraints.md and `substep.redistributed_mass`.
+    docs/constraints_and_contact.md and `substep.redistributed_mass`.
     solver: "auto", "dense", "superlu", "pardiso", "cholmod", or a function from a matrix to a function b -> x.
 
     Raises ValueError for both or neither of K and internal_force, for other shapes, complex or not finite entries,

@@ -3,9 +3,9 @@
 A balance is solved for its unknown z without reactions, and then for them: z moves by A^-1 B^T c p, A its effective
 matrix, c the factor of z in its inertia, so that p accelerates by M^-1 B^T p, whatever weight the balance gives to
 forces. Of each gap at the displacement that z moves and its reaction p one is 0; with restitution e, where the motion
-from t_n on would close the gap, of the velocity that opens it and p: see docs/constraints.md. A friction is at its
-limit against the velocity there, or that is 0; what limits it is its strength in this balance. That takes d solutions
-with A once for each factorization, and a problem in d unknowns a balance.
+from t_n on would close the gap, of the velocity that opens it and p: see docs/constraints_and_contact.md. A friction is
+at its limit against the velocity there, or that is 0; what limits it is its strength in this balance. That takes d
+solutions with A once for each factorization, and a problem in d unknowns a balance.
 
 Where reactions are not remembered, their acceleration, a vector behind the unknowns, is taken off what a step keeps.
 Where they are, a balance takes reactions as it takes forces, with the same weights: c is then that of its own, and

@@ -16,7 +16,7 @@ def redistributed_mass(M: Any, without: Sequence[int], fields: Any) -> Matrix:
     keep the mass, its centre and its moment of inertia; in a plane these are the two translations and the turn about
     the origin. Of all such masses it changes those of M least, relative to them and weighted by them: m_i becomes
     m_i (1 + R_i L R_i^T), L symmetric. A contact of a node without mass loses and gains no energy: see
-    docs/constraints.md. Source: Khenous, Laborde & Renard, Eur. J. Mech. A/Solids 27 (2008) 918.
+    docs/constraints_and_contact.md. Source: Khenous, Laborde & Renard, Eur. J. Mech. A/Solids 27 (2008) 918.
 
     Raises ValueError for an M that is not diagonal, for numbers of other degrees of freedom, fields of another shape,
     and where no such masses are positive.
