@@ -148,6 +148,11 @@ class ModifiedMotion:
         """The modified energy on every potential. Raises DeclarationError for a scheme or a scene that has none."""
         if not self.equations.conserves:
             raise self._no_energy
+        if self.equation.of.rates:
+            raise DeclarationError(
+                f"{self.scene.name}: expected a constant mass and forces of the coordinates, for a modified energy; "
+                "`energy_rates` has the rate of the scene's own"
+            )
         found = modified_energy(self.equation)
         if found is None:
             scheme = self.equation.evaluation.scheme.name

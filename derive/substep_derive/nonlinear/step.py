@@ -86,8 +86,8 @@ class StepSeries:
         forces = moved.atoms(N_of_rates)
         if not forces:
             return found
-        of_forces = {s for force in forces for s in force.free_symbols}
-        inertia = sorted((s for s in e.free_symbols - of_forces if knot_of(s)), key=str)
+        rest = moved.subs(dict.fromkeys(forces, 0))
+        inertia = sorted((s for s in rest.free_symbols if knot_of(s)), key=str)
         if others := [s for s in inertia if kind_of(s) != 2]:
             raise DeclarationError(
                 f"{self.scheme.name}: expected a mixture of accelerations at knots, got {others[0]} in {e}, which "
