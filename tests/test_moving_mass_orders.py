@@ -66,21 +66,22 @@ def test_mixed_forces_of_inertia_lose_an_order_if_they_stand_at_another_instant(
     "name",
     [
         name
-        if name in ("average_acceleration", "hht_alpha", "bathe")
+        if name in ("average_acceleration", "hht_alpha", "bathe", "rk4")
         else pytest.param(name, marks=pytest.mark.thorough)
         for name in READ
-        if CATALOGUE[name]["nonlinear_order"][1] < 4
     ],
 )
 def test_the_energy_that_is_reported_on_the_double_pendulum(name: str) -> None:
-    scene, dt = ss.scene("double_pendulum"), 5e-3
+    scene, order = ss.scene("double_pendulum"), min(CATALOGUE[name]["nonlinear_order"][:2])
+    dt = 2.5e-3 if order in (4, 5) else 5e-3
     if name in ("central_difference_lagged", "discontinuous_galerkin_p1"):
         with pytest.raises(DeclarationError, match="take another scheme"):
             ss.march(scene, name, dt=dt, t_end=dt)
         return
     found = ss.energy_drift(scene, name, t_end=1.0)
     r = ss.march(scene, name, dt=dt, t_end=1.0)
-    predicted, marched = (e[20:] - e[20] for e in (found.energy(dt), r.energy))  # after what the start has left
+    rows = r.energy[:: round(5e-3 / dt)]
+    predicted, marched = (e[20:] - e[20] for e in (found.energy(dt), rows))  # after what the start has left
     assert abs(predicted - marched).max() < 0.05 * abs(marched).max()
 
 

@@ -7,8 +7,11 @@ import pytest
 from declared import BY_NAME, NAMES, random_parameters
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from substep_derive import DeclarationError
+from substep_kernels.facts import CATALOGUE
 from test_constraints import VERIFY
 from test_energy import WITHOUT
+from test_modified_equation import READ_START
 
 import substep as ss
 from substep.studies.own_energy import OwnEnergy
@@ -132,9 +135,9 @@ def test_a_start_that_does_not_fit_is_left_out() -> None:
 
 
 def test_what_has_no_account_is_refused() -> None:
-    pendulum = ss.march(ss.scene("duffing"), "bathe", dt=0.1, t_end=0.5)
-    with pytest.raises(ValueError, match="a run of linear_oscillator, or of a structure"):
-        ss.own_energy(pendulum)
+    bounce = ss.march(ss.scene("penalty_bounce"), "bathe", dt=0.1, t_end=0.5)
+    with pytest.raises(DeclarationError, match="got one that bends or jumps"):
+        ss.own_energy(bounce)
     with pytest.raises(ValueError, match="constant steps"):
         ss.own_energy(ss.march(oscillator("bathe"), "bathe", tol=1e-4, t_end=1.0))
     for stride in (2, 5):
@@ -154,3 +157,24 @@ def test_what_has_no_account_is_refused() -> None:
     stiff = oscillator("hht_alpha", omega=1e4, xi=0.0)
     with pytest.raises(ValueError, match="a pair of complex eigenvalues"):
         ss.own_energy(ss.march(stiff, "wilson_theta", dt=h, t_end=1.0))
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.matrix
+@pytest.mark.parametrize("problem", ["simple_pendulum", "elastic_pendulum"])
+@pytest.mark.parametrize("name", [name for name in NAMES if name not in READ_START])
+def test_on_a_nonlinear_scene_it_is_the_modified_energy(name: str, problem: str) -> None:
+    """It takes away nearly all that T + V does, from where the start has died out."""
+    if problem == "elastic_pendulum" and name == "energy_momentum":
+        pytest.skip("its discrete gradient on two coordinates has no modified energy")
+    scene, T = (
+        (ss.scene("simple_pendulum", v0=1.5), 8.0)
+        if problem == "simple_pendulum"
+        else (ss.scene("elastic_pendulum", EA=1e4), 0.5)
+    )
+    n = 200 if min(CATALOGUE[name]["nonlinear_order"][:2]) > 1 else 1600
+    r = ss.march(scene, name, dt=T / n, t_end=T)
+    own = ss.own_energy(r)
+    assert own.energy[0] == pytest.approx(r.energy[0], rel=0.02)
+    left, change = (np.ptp(e[n // 10 :]) for e in (own.energy + own.numerical, r.energy))
+    assert left < max(0.1 * change, 1e-14 * n * own.energy[0])

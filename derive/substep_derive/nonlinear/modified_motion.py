@@ -5,9 +5,24 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from math import prod
-from typing import Any
+from typing import Any, Protocol
 
-from sympy import Expr, Integer, Matrix, eye, lambdify, zeros
+from sympy import (
+    Abs,
+    Dummy,
+    Expr,
+    Function,
+    Heaviside,
+    Matrix,
+    Max,
+    Min,
+    Piecewise,
+    Symbol,
+    factorial,
+    lambdify,
+    sign,
+    zeros,
+)  # fmt: skip
 
 from ..algebra.algebraic import closed_form, generator
 from ..declare.errors import DeclarationError
@@ -20,9 +35,9 @@ from ..oscillator.evaluation import Evaluation
 from ..step.step import Step
 from .modified import ModifiedEquation, modified_equation
 from .modified_energy import ModifiedEnergy, Scalar, Scalars, leading_loss, modified_energy
-from .trees import Level, tree_of
+from .trees import Level, V, tree_of
 
-DIGITS = 40  # of an irrational parameter, whose powers may cancel, before a function of floats is made
+DIGITS = 40  # of an irrational parameter, whose powers may cancel, before it is a float
 
 
 @dataclass(frozen=True)
@@ -35,6 +50,7 @@ class ModifiedMotion:
 
     equation: ModifiedEquation
     scene: Scene
+    place: "Place | None" = None  # where trees are evaluated; in symbols if not given
 
     @classmethod
     def of(cls, scheme: Scheme, scene: Scene, top: int | None = None, **parameters: Any) -> "ModifiedMotion":
@@ -53,7 +69,7 @@ class ModifiedMotion:
 
     def __post_init__(self) -> None:
         found, scheme = self.equations, self.equation.evaluation.scheme
-        in_time = self._force.has(t) or not found.load.subs(sampled, 0).is_zero_matrix
+        in_time = any(e.has(t) for e in self.system) or not found.load.subs(sampled, 0).is_zero_matrix
         if self.scene.multipliers or self.scene.laws or in_time:
             raise DeclarationError(
                 f"{self.scene.name}: expected masses and forces without time, and no load, law, constraint or contact, "
@@ -79,69 +95,66 @@ class ModifiedMotion:
         return EquationsOfMotion(self.scene)
 
     @cached_property
-    def _unit(self) -> Matrix:
-        """The inverse of the mass, by which the force is multiplied where it is not that per unit mass already."""
-        return eye(len(self.equations.coordinates)) if self.equation.of.rates else self.equations.mass.inv()
+    def given(self) -> tuple[Symbol, ...]:
+        """The scene's parameters, coordinates and rates, which all expressions are of."""
+        return *(p.symbol for p in self.scene.parameters), *self.equations.coordinates, *self.scene.rates
 
     @cached_property
-    def _force(self) -> Matrix:
-        """The force (d, 1) of the coordinates; minus the acceleration, of these and the rates, where it is of both."""
+    def system(self) -> tuple[Matrix, Matrix]:
+        """(matrix, right): N = matrix^-1 right, of the coordinates, and of the rates where it depends on these."""
         q = self.equations.coordinates
         if not self.equation.of.rates:
-            return self.equations.force(q)
-        return solved(*self.equations.equation(q, self.scene.rates, t))
+            return self.equations.mass, self.equations.force(q)
+        return self.equations.equation(q, self.scene.rates, t)
+
+    def decimal(self, number: Any) -> float:
+        """A number of the field as a float."""
+        field = self.equation.evaluation.field
+        found, root = field.expression(number), getattr(field, "root", None)
+        return float((found if root is None else found.subs(generator, closed_form(root, generator))).evalf(DIGITS))
+
+    def in_numbers(self, e: Matrix) -> Callable[..., Any]:
+        """The rows of a matrix as a function of `given`, in numbers or in power series up to the degree `equation.top`.
+
+        A series x is asked for x.value and for x.composed(terms), a function of it with these Taylor coefficients at
+        the value. Raises DeclarationError for an expression that bends or jumps.
+        """
+        functions = e.atoms(Function)
+        bent = any(isinstance(f, Abs | Heaviside | Max | Min | Piecewise | sign) for f in functions)
+        if bent or not all(type(f).__module__.startswith("sympy.") for f in functions):
+            raise DeclarationError(
+                f"{self.scene.name}: expected forces with all derivatives, for the modified equation, got one that "
+                "bends or jumps"
+            )
+        names = {f.func.__name__: _composed(f.func, self.equation.top) for f in functions}
+        return lambdify(self.given, e.tolist(), modules=[{"sqrt": lambda x: x**0.5, **names}], cse=True)
 
     @cached_property
-    def _values(self) -> dict[int, Matrix]:
+    def _values(self) -> dict[int, Any]:
         return {}
 
     @cached_property
-    def _slopes(self) -> dict[tuple[int, ...], Matrix]:
-        return {}
+    def _place(self) -> "Place":
+        return self.place or Written(self)
 
-    def value(self, tree: int) -> Matrix:
+    def value(self, tree: int) -> Any:
         """A tree at the coordinates and their rates (d, 1), for h = 1."""
         if tree not in self._values:
-            self._values[tree] = self._value(*self.equation.of.keys[tree])
+            kind, branches = self.equation.of.keys[tree]
+            if kind == "N":
+                self._values[tree] = self._place.along(branches, self.value)
+            elif kind in "uv":
+                self._values[tree] = self._place.state[int(kind == "v")]
+            else:
+                self._values[tree] = self._place.operator(kind, self.value(branches[0]))
         return self._values[tree]
 
-    def _value(self, kind: str, branches: tuple[int, ...]) -> Matrix:
-        found = self.equations
-        if kind == "u":
-            return Matrix(found.coordinates)
-        if kind == "v":
-            return Matrix(self.scene.rates)
-        if kind in "CK":
-            start = [self.scene.start.get(q, 0) for q in found.coordinates]
-            operator = found.damping if kind == "C" else found.tangent_at_start(start)
-            return self._unit * operator * self.value(branches[0])
-        return self._unit * self._contracted(branches)
-
-    def _contracted(self, branches: tuple[int, ...]) -> Matrix:
-        """The force's derivative along these trees (d, 1)."""
-        d = len(self.equations.coordinates)
-        along = [self.value(tree_of(branch)) for branch in branches]
-        places = [range(d) if branch >= 0 else range(d, 2 * d) for branch in branches]
-        total = zeros(d, 1)
-        for chosen in product(*places):
-            total += self._slope(tuple(sorted(chosen))) * prod(x[k % d] for k, x in zip(chosen, along, strict=True))
-        return total
-
-    def _slope(self, places: tuple[int, ...]) -> Matrix:
-        """The force's derivative by the coordinates and rates at these places, in ascending order."""
-        if places not in self._slopes:
-            by = (*self.equations.coordinates, *self.scene.rates)
-            self._slopes[places] = self._slope(places[:-1]).diff(by[places[-1]]) if places else self._force
-        return self._slopes[places]
-
-    def terms(self) -> dict[int, Matrix]:
+    def terms(self) -> dict[int, Any]:
         """Power of h -> what stands beside it in u'' (d, 1), in coordinates and rates."""
         return {power: self._sum(level) for power, level in self.equation.terms.items()}
 
-    def _sum(self, level: Level) -> Matrix:
-        number = self.equation.evaluation.field.expression
-        start = zeros(len(self.equations.coordinates), 1)
-        return sum((number(c) * self.value(tree) for tree, c in sorted(level.items())), start)
+    def _sum(self, level: Level) -> Any:
+        return sum((self._place.number(c) * self.value(tree) for tree, c in sorted(level.items())), 0 * self.value(V))
 
     @cached_property
     def energy(self) -> ModifiedEnergy:
@@ -163,7 +176,7 @@ class ModifiedMotion:
         return found
 
     @property
-    def kept(self) -> dict[int, Expr]:
+    def kept(self) -> dict[int, Any]:
         """Power of h -> what stands beside it in the modified energy, besides the scene's.
 
         None are known where forces have rates.
@@ -173,7 +186,7 @@ class ModifiedMotion:
         return {power: self._scalars(scalars) for power, scalars in self.energy.terms.items()}
 
     @property
-    def energy_rates(self) -> dict[int, Expr]:
+    def energy_rates(self) -> dict[int, Any]:
         """Power of h -> what stands beside it in the rate of the modified energy.
 
         Where forces have rates it is that of the scene's energy, at the powers that are right along the exact
@@ -192,21 +205,12 @@ class ModifiedMotion:
         """The lowest power at which energy is lost or gained for good, where that is known."""
         return None if self.equation.of.rates else self.energy.loss
 
-    def function(self, e: Expr) -> Callable[..., float]:
-        """An expression as a function of floats: the scene's parameters, coordinates and rates, one after another."""
-        given = [*(p.symbol for p in self.scene.parameters), *self.equations.coordinates, *self.scene.rates]
-        root = getattr(self.equation.evaluation.field, "root", None)
-        if root is not None:
-            e = e.subs(generator, closed_form(root, generator).evalf(DIGITS))
-        return lambdify(given, e, modules="math", cse=True)
+    def _scalars(self, scalars: Scalars) -> Any:
+        return sum(self._place.number(c) * self._scalar(s) for s, c in sorted(scalars.items()))
 
-    def _scalars(self, scalars: Scalars) -> Expr:
-        number = self.equation.evaluation.field.expression
-        return sum((number(c) * self._scalar(s) for s, c in sorted(scalars.items())), Integer(0))
-
-    def _scalar(self, s: Scalar) -> Expr:
+    def _scalar(self, s: Scalar) -> Any:
         *others, last = s
-        return self._contracted(tuple(others)).dot(self.value(last))
+        return self._place.dot(self._place.along(tuple(others), self.value), self._place.weighed(self.value(last)))
 
     @property
     def _no_energy(self) -> DeclarationError:
@@ -214,15 +218,96 @@ class ModifiedMotion:
             f"{self.scene.name}: expected forces with a potential, and no others, for a modified energy"
         )
 
-    def rates(self, quantity: Expr, powers: Iterable[int] | None = None) -> dict[int, Expr]:
+    def rates(self, quantity: Expr, powers: Iterable[int] | None = None) -> dict[int, Any]:
         """Power of h -> what stands beside it in d/dt of a function of the reported coordinates and rates.
 
         powers: if not given, all that are known. The power 0 is the exact rate, 0 where the quantity is conserved.
         """
-        by_u, by_v = (Matrix([quantity]).jacobian(x) for x in (self.equations.coordinates, self.scene.rates))
-        X_u, X_v = self.equation.field
-        found: dict[int, Expr] = {}
-        for power in range(self.equation.top + 1) if powers is None else powers:
-            total = by_u * self._sum(X_u[power + 1]) + by_v * self._sum(X_v[power + 2])
-            found[power] = total[0]
-        return found
+        by_u, by_v = (
+            self._place.of(Matrix([quantity]).jacobian(x).T) for x in (self.equations.coordinates, self.scene.rates)
+        )
+        (X_u, X_v), dot = self.equation.field, self._place.dot
+        every = range(self.equation.top + 1) if powers is None else powers
+        return {k: dot(by_u, self._sum(X_u[k + 1])) + dot(by_v, self._sum(X_v[k + 2])) for k in every}
+
+
+def _composed(function: type[Function], degree: int) -> Callable[[Any], Any]:
+    """A function of a number, an array or a power series."""
+    x = Dummy()
+    terms = lambdify(x, [function(x).diff(x, k) / factorial(k) for k in range(degree + 1)], "numpy", cse=True)
+    return lambda at: at.composed(terms(at.value)) if hasattr(at, "composed") else terms(at)[0]
+
+
+class Place(Protocol):
+    """Where trees are evaluated: at the coordinates and rates themselves, in symbols, or at numbers."""
+
+    state: tuple[Any, Any]  # u and v
+
+    def along(self, branches: tuple[int, ...], value: Callable[[int], Any]) -> Any:
+        """The force's derivative along these trees, whose values are asked for."""
+        ...
+
+    def operator(self, kind: str, x: Any) -> Any:
+        """C x or K0 x, per unit mass."""
+        ...
+
+    def weighed(self, x: Any) -> Any:
+        """A constant mass times a vector."""
+        ...
+
+    def of(self, e: Matrix) -> Any:
+        """A vector of expressions."""
+        ...
+
+    def number(self, c: Any) -> Any:
+        """A number of the field."""
+        ...
+
+    def dot(self, x: Any, y: Any) -> Any:
+        """The scalar product."""
+        ...
+
+
+class Written:
+    """Trees in symbols."""
+
+    def __init__(self, motion: ModifiedMotion) -> None:
+        self.equations, self.rates, self.start = motion.equations, motion.scene.rates, motion.scene.start
+        self.state = Matrix(motion.equations.coordinates), Matrix(motion.scene.rates)
+        self.number = motion.equation.evaluation.field.expression
+        self._slopes: dict[tuple[int, ...], Matrix] = {(): solved(*motion.system)}
+
+    def along(self, branches: tuple[int, ...], value: Callable[[int], Matrix]) -> Matrix:
+        """The force's derivative along these trees (d, 1)."""
+        d = len(self.rates)
+        along = [value(tree_of(branch)) for branch in branches]
+        places = [range(d) if branch >= 0 else range(d, 2 * d) for branch in branches]
+        total = zeros(d, 1)
+        for chosen in product(*places):
+            total += self._slope(tuple(sorted(chosen))) * prod(x[k % d] for k, x in zip(chosen, along, strict=True))
+        return total
+
+    def _slope(self, places: tuple[int, ...]) -> Matrix:
+        """The force's derivative by the coordinates and rates at these places, in ascending order."""
+        if places not in self._slopes:
+            by = (*self.equations.coordinates, *self.rates)
+            self._slopes[places] = self._slope(places[:-1]).diff(by[places[-1]])
+        return self._slopes[places]
+
+    def operator(self, kind: str, x: Matrix) -> Matrix:
+        """C x or K0 x, per unit mass."""
+        found = self.equations
+        start = [self.start.get(q, 0) for q in found.coordinates]
+        return found.mass.inv() * (found.damping if kind == "C" else found.tangent_at_start(start)) * x
+
+    def weighed(self, x: Matrix) -> Matrix:
+        """A constant mass times a vector."""
+        return self.equations.mass * x
+
+    def of(self, e: Matrix) -> Matrix:
+        """The vector itself."""
+        return e
+
+    def dot(self, x: Matrix, y: Matrix) -> Expr:
+        """The scalar product."""
+        return x.dot(y)

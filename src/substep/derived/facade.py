@@ -3,7 +3,7 @@
 What never changes is read from generated/; SymPy is imported only when something else is asked for.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from runpy import run_path
@@ -13,7 +13,7 @@ from substep_kernels.estimators import ESTIMATORS
 from substep_kernels.facts import CATALOGUE
 
 if TYPE_CHECKING:
-    from substep_derive import Certificate, Derivation, Estimator, StructuresCertificate
+    from substep_derive import Certificate, Derivation, Estimator, ModifiedMotion, StructuresCertificate
     from substep_derive import Scene as SceneDeclaration
     from substep_derive import Scheme as Declaration
     from substep_derive.motion.turning import Turning
@@ -194,32 +194,17 @@ def rigid_energy(name: str, **parameters: Any) -> RigidEnergy:
     return RigidEnergy(*texts, changes)
 
 
-@dataclass(frozen=True)
-class ModifiedEnergy:
-    """Functions of (scene's parameters, coordinates, rates): power of h -> what stands beside it.
-
-    kept: in the energy that the computed motion keeps, besides T + V; rates: in the rate at which it does not. loss:
-    the lowest power of a rate that need not have the mean 0.
-    """
-
-    kept: Mapping[int, Callable[..., float]]
-    rates: Mapping[int, Callable[..., float]]
-    loss: int | None
-
-
-def modified_energy(
+def modified_motion(
     scheme: "str | Declaration", scene: "str | SceneDeclaration", given: tuple[Any, ...]
-) -> ModifiedEnergy:
-    """The modified energy of a scheme on a scene; given: pairs of a parameter's name and exact value.
+) -> "ModifiedMotion":
+    """The modified motion of a scene by a scheme; given: pairs of a parameter's name and exact value.
 
     Raises DeclarationError where there is none: see `substep_derive.ModifiedMotion`.
     """
     from substep_derive import ModifiedMotion  # noqa: PLC0415
     from substep_derive.declare.catalogue import find, find_scene  # noqa: PLC0415
 
-    found = ModifiedMotion.to_its_loss(find(scheme), find_scene(scene), **dict(given))
-    kept, rates = ({power: found.function(e) for power, e in part.items()} for part in (found.kept, found.energy_rates))
-    return ModifiedEnergy(kept, rates, found.loss)
+    return ModifiedMotion.to_its_loss(find(scheme), find_scene(scene), **dict(given))
 
 
 def turning(name: "str | Declaration", **parameters: Any) -> "Turning":

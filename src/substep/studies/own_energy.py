@@ -13,6 +13,7 @@ from ..core.loads import Load, values_at
 from ..core.response import Response
 from ..structures.march.response import StructureResponse
 from ..structures.structure import Structure
+from .modified_energy import ModifiedEnergy
 
 SMALL = 1e-9  # of what rounding leaves of a jump of the acceleration, or beside the diagonal of modal damping
 CLOSED = 1e-6  # of the largest energy that an account may leave over: rounding leaves much less, another step more
@@ -23,9 +24,12 @@ KINDS = {"u": 0, "h*v": 1, "h^2*a": 2}  # what a state's labels begin with, and 
 class OwnEnergy(Exported):
     """The scheme's own energy (n,) at the times t (n,), s, and what has changed it since the first of them, (n,) each.
 
-    energy - energy[0] = work - damped - numerical, to rounding. energy: (k/2) U^2 of each mode, with its stiffness k
-    and the amplitude U of u in the scheme's free undamped motion through the state. work: of the loads. damped: by the
-    damping, as a force on the undamped scheme. numerical: by the scheme itself. In the unit of the run's energy.
+    energy - energy[0] = work - damped - numerical + left. On a linear model `left` is rounding, and energy is (k/2) U^2
+    of each mode, with its stiffness k and the amplitude U of u in the scheme's free undamped motion through the state.
+    work: of the loads. damped: by the damping, as a force on the undamped scheme. numerical: by the scheme itself. On a
+    nonlinear scene energy is the modified energy, T + V with further terms in powers of the step, work and damped are
+    0, and `left` is what powers beyond these and the start have added: small where steps resolve the motion. In the
+    unit of the run's energy.
     """
 
     axes: ClassVar = dict.fromkeys(("t", "energy", "work", "damped", "numerical"), ("t",))
@@ -35,6 +39,11 @@ class OwnEnergy(Exported):
     work: Array
     damped: Array
     numerical: Array
+
+    @property
+    def left(self) -> Array:
+        """What the account does not explain (n,)."""
+        return self.energy - self.energy[0] - (self.work - self.damped - self.numerical)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +68,8 @@ def own_energy(response: Response, modes: int | None = None) -> OwnEnergy:
     from the lowest on, all by default.
 
     Rows of a start by another scheme, or with an acceleration that does not fit the equation of motion, are left out.
-    Raises ValueError for other scenes than the linear oscillator, for chosen steps, for rows of some steps only, and
+    On a nonlinear scene without a load the account is that of the modified energy: see `energy_drift`, which raises
+    what is raised there. Raises ValueError for chosen steps, for rows of some steps only (of a linear model), and
     for a structure that is not linear or not held, whose damping couples modes, or of which not all degrees of freedom
     were kept; DeclarationError for a scheme with two or more spurious eigenvalues, and for a step at which the
     principal pair is real.
@@ -74,6 +84,8 @@ def own_energy(response: Response, modes: int | None = None) -> OwnEnergy:
         raise ValueError(
             "expected a run of constant steps, for the scheme's own energy; march with dt= and without at="
         )
+    if not isinstance(response, StructureResponse) and not response.scene.info.oscillator:
+        return _of_nonlinear(response)
     s, h = response.scheme, response.step
     energy, parameters = facade.derived(s.info.source).energy, {name: float(x) for name, x in s.parameters.items()}
     if not energy.reported:
@@ -100,13 +112,21 @@ def own_energy(response: Response, modes: int | None = None) -> OwnEnergy:
         damped[1:] += _products(both, now @ np.transpose(of.damped) + load @ np.transpose(of.damped_load))
         numerical[1:] += of.loss * of_mode[:-1]
     account = OwnEnergy(response.t[begin:], own, *(np.cumsum(sums) for sums in (work, damped, numerical)))
-    left = own - own[0] - (account.work - account.damped - account.numerical)
-    if not np.abs(left).max() <= CLOSED * max(own.max(), *(np.abs(x).max() for x in (work, damped, numerical))):
+    if not np.abs(account.left).max() <= CLOSED * max(own.max(), *(np.abs(x).max() for x in (work, damped, numerical))):
         raise ValueError(
             "expected rows that one step takes to the next, for the scheme's own energy, got others; march without "
             "stride="
         )
     return account
+
+
+def _of_nonlinear(r: Response) -> OwnEnergy:
+    found, states = ModifiedEnergy.of(r.scene, r.scheme), np.concatenate([r.u, r.v], axis=1).T
+    kept, rates, nothing = found.kept(states), found.rates(states), np.zeros(len(r.t))
+    energy = r.energy + sum((r.step**power * x for power, x in kept.items()), nothing)
+    rate = sum((r.step**power * x for power, x in rates.items()), nothing)
+    lost = np.concatenate([[0.0], np.cumsum(-np.diff(r.t) * (rate[1:] + rate[:-1]) / 2)])
+    return OwnEnergy(r.t, energy, nothing, nothing, lost)
 
 
 def _products(x: Array, y: Array) -> Array:
@@ -115,11 +135,7 @@ def _products(x: Array, y: Array) -> Array:
 
 
 def _of_scene(r: Response) -> _Motion:
-    if not r.scene.info.oscillator:
-        raise ValueError(
-            f"expected a run of linear_oscillator, or of a structure, for the scheme's own energy, got one of "
-            f"{r.scene.name}; `energy_drift` predicts what a scheme loses on a nonlinear scene"
-        )
+    assert r.scene.info.oscillator
     omega, xi, mass = r.scene.info.oscillator(*r.scene.parameters.values())
     loads = [] if r.scene.load is None else [r.scene.load]
     rows = mass**0.5 * np.array([r.u, r.v, r.a])
