@@ -49,13 +49,13 @@ def test_derivatives_along_vectors(e: Expr, times: int) -> None:
 
 
 def test_functions_and_linear_systems() -> None:
-    space, along = Space(3, DEGREE), np.random.default_rng(1).normal(size=(DEGREE, 3, 2))
+    space, along = Space(3, 2), np.random.default_rng(1).normal(size=(2, 3, 2))
     matrix = Matrix([[3 + sin(x[0]), x[1] * x[2]], [exp(x[2]) / 4, 2 + x[0] ** 2]])
     right = Matrix([cosh(x[1]), x[0]])
     terms = {
-        "sin": lambda c: [np.sin(c), np.cos(c), -np.sin(c) / 2, -np.cos(c) / 6, np.sin(c) / 24],
-        "exp": lambda c: [np.exp(c) / n for n in (1, 1, 2, 6, 24)],
-        "cosh": lambda c: [np.cosh(c), np.sinh(c), np.cosh(c) / 2, np.sinh(c) / 6, np.cosh(c) / 24],
+        "sin": lambda c: [np.sin(c), np.cos(c), -np.sin(c) / 2],
+        "exp": lambda c: [np.exp(c), np.exp(c), np.exp(c) / 2],
+        "cosh": lambda c: [np.cosh(c), np.sinh(c), np.cosh(c) / 2],
     }
     functions = {name: lambda jet, of=of: jet.composed(of(jet.value)) for name, of in terms.items()}
     A, b = lambdify(x, [matrix.tolist(), list(right)], modules=[functions])(*space.variables_at(POINTS))
