@@ -38,21 +38,26 @@ def root(F: Callable[[Array], Array], x: Array) -> Array:
 
 
 def newmark(
-    p: Rods, h: float, state: tuple[Array, ...], beta: float, gamma: float, *, at_velocities: bool = False
+    p: Rods, h: float, state: tuple[Array, ...], beta: float, gamma: float, *, level: str = "position"
 ) -> tuple[Array, ...]:
+    """level: of "both" a second multiplier moves the displacement along M^-1 G^T at the start of the step."""
     u, v, a, old = state
-    d = len(u)
+    d, c = len(u), len(old)
+    along = (p.G(u) / p.masses).T
 
-    def at(z: Array) -> tuple[Array, Array]:
-        return u + h * v + h**2 * ((0.5 - beta) * a + beta * z), v + h * ((1 - gamma) * a + gamma * z)
+    def at(x: Array) -> tuple[Array, Array]:
+        z = x[:d]
+        moved = z + along @ x[d + c :] if level == "both" else z
+        return u + h * v + h**2 * ((0.5 - beta) * a + beta * moved), v + h * ((1 - gamma) * a + gamma * z)
 
     def F(x: Array) -> Array:
-        u1, v1 = at(x[:d])
-        rest = p.masses * x[:d] - p.force(u1, v1) + p.reaction(u1, x[d:])
-        return np.append(rest, p.G(u1) @ v1 / (gamma * h) if at_velocities else p.g(u1) / (beta * h**2))
+        u1, v1 = at(x)
+        rest = p.masses * x[:d] - p.force(u1, v1) + p.reaction(u1, x[d : d + c])
+        held = {"position": [p.g(u1) / (beta * h**2)] if beta else [], "velocity": [p.G(u1) @ v1 / (gamma * h)]}
+        return np.concatenate([rest, *(held.get(level) or [*held["position"], *held["velocity"]])])
 
-    x = root(F, np.append(a, old))
-    return (*at(x[:d]), x[:d], x[d:])
+    x = root(F, np.concatenate([a, old, 0.0 * old if level == "both" else []]))
+    return (*at(x), x[:d], x[d : d + c])
 
 
 def projected(p: Rods, u: Array, v: Array) -> tuple[Array, Array]:
@@ -84,23 +89,25 @@ def generalized_alpha(p: Rods, h: float, state: tuple[Array, ...], rho: float) -
     return (*at(x[:d]), x[:d], x[d:])
 
 
-def bathe(p: Rods, h: float, state: tuple[Array, ...]) -> tuple[Array, ...]:
-    """The trapezoidal rule to the middle, then three-point backward Euler."""
+def bathe(p: Rods, h: float, state: tuple[Array, ...], *, both: bool = False) -> tuple[Array, ...]:
+    """The trapezoidal rule to the middle, then three-point backward Euler; both: as "both" of `newmark`."""
     u, v, *_ = state
-    um, vm, am, middle = newmark(p, h / 2, state, 0.25, 0.5)
-    d = len(u)
+    um, vm, am, middle = newmark(p, h / 2, state, 0.25, 0.5, level="both" if both else "position")
+    d, c = len(u), len(middle)
+    along = (p.G(u) / p.masses).T
 
-    def at(z: Array) -> tuple[Array, Array]:
-        v1 = (z * h - v + 4 * vm) / 3
-        return (v1 * h - u + 4 * um) / 3, v1
+    def at(x: Array) -> tuple[Array, Array]:
+        v1 = (x[:d] * h - v + 4 * vm) / 3
+        u1 = (v1 * h - u + 4 * um) / 3
+        return (u1 + h**2 / 9 * along @ x[d + c :] if both else u1), v1
 
     def F(x: Array) -> Array:
-        u1, v1 = at(x[:d])
-        rest = p.masses * x[:d] - p.force(u1, v1) + p.reaction(u1, x[d:])
-        return np.append(rest, 9 * p.g(u1) / h**2)
+        u1, v1 = at(x)
+        rest = p.masses * x[:d] - p.force(u1, v1) + p.reaction(u1, x[d : d + c])
+        return np.concatenate([rest, 9 * p.g(u1) / h**2, *([p.G(u1) @ v1 / h] if both else [])])
 
-    x = root(F, np.append(am, middle))
-    return (*at(x[:d]), x[:d], x[d:])
+    x = root(F, np.concatenate([am, middle, *([0.0 * middle] if both else [])]))
+    return (*at(x), x[:d], x[d : d + c])
 
 
 def shake(p: Rods, h: float, before: Array, u: Array) -> tuple[Array, Array]:

@@ -56,10 +56,47 @@ def test_steps_at_velocities_are_those_written_by_hand(beta: float, gamma: float
     r = ss.march(scene, scheme, dt=0.02, t_end=0.3)
     state = scene.u0, scene.v0, scene.a0, np.array([r.memory[name][0] for name in r.multipliers])
     for k in range(1, 16):
-        state = constrained_steps.newmark(p, 0.02, state, beta, gamma, at_velocities=True)
+        state = constrained_steps.newmark(p, 0.02, state, beta, gamma, level="velocity")
         assert np.allclose(r.u[k], state[0], rtol=0.0, atol=1e-9)
         assert np.allclose(r.v[k], state[1], rtol=0.0, atol=1e-8)
         assert np.allclose([r.memory[name][k] for name in r.multipliers], state[3], rtol=1e-6, atol=1e-5)
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("name", ["newmark", "bathe"])
+def test_steps_at_both_levels_are_those_written_by_hand(name: str) -> None:
+    """After Gear, Gupta & Leimkuhler, on two rods: g and its rate are 0 at each knot, by two multipliers each."""
+    _, p = rods("rod_double_pendulum")
+    scene = ss.scene(read(rod_double_pendulum, level="both"))
+    scheme = ss.scheme("newmark", beta=0.3025, gamma=0.6) if name == "newmark" else ss.scheme(name)
+    r = ss.march(scene, scheme, dt=0.02, t_end=0.3)
+    state = scene.u0, scene.v0, scene.a0, np.array([r.memory[rod][0] for rod in r.multipliers])
+    for k in range(1, 16):
+        if name == "newmark":
+            state = constrained_steps.newmark(p, 0.02, state, 0.3025, 0.6, level="both")
+        else:
+            state = constrained_steps.bathe(p, 0.02, state, both=True)
+        assert np.allclose(r.u[k], state[0], rtol=0.0, atol=1e-9)
+        assert np.allclose(r.v[k], state[1], rtol=0.0, atol=1e-8)
+        assert np.allclose([r.memory[rod][k] for rod in r.multipliers], state[3], rtol=1e-6, atol=1e-5)
+        assert max(np.abs(p.g(r.u[k])).max(), np.abs(p.G(r.u[k]) @ r.v[k]).max()) < 1e-12
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("name", ["average_acceleration", "generalized_alpha", "bathe", "bdf2", "houbolt"])
+def test_at_both_levels_all_is_of_second_order(name: str) -> None:
+    """The multiplier of Bathe's scheme, which is of first order at positions, as well."""
+    runs = [in_motion(pendulum("both"), name, dt) for dt in (0.01, 0.005)]
+    assert all(np.abs((r.u**2).sum(axis=1) - 1.0).max() < 1e-13 for r in runs)
+    assert all(np.abs((r.u * r.v).sum(axis=1)[3:]).max() < 1e-12 for r in runs)  # after what starts Houbolt's
+    coarse, fine = map(errors, runs)
+    assert np.log2(coarse / fine) == pytest.approx(2.0, abs=0.15)
+
+
+@pytest.mark.parametrize("name", ["central_difference", "noh_bathe"])
+def test_explicit_schemes_do_not_hold_both_levels(name: str) -> None:
+    with pytest.raises(DeclarationError, match=f"{name}: expected implicit balances alone.* projected=True"):
+        ss.march(pendulum("both"), name, dt=0.01, t_end=0.1)
 
 
 @pytest.mark.usefixtures("uncompiled")
@@ -99,7 +136,7 @@ def test_the_derivative_that_is_held_is_the_total_one() -> None:
 def test_a_start_off_the_constraint_and_another_level_are_refused() -> None:
     with pytest.raises(ValueError, match=r"got u off by -0.0202.*across 'rod'"):
         ss.march(pendulum(), "bathe", dt=0.01, t_end=0.1, start={"u": [0.98, 0.0], "v": [0.0, 0.0]})
-    with pytest.raises(DeclarationError, match="level of a constraint among position, velocity, got 'force'"):
+    with pytest.raises(DeclarationError, match="level of a constraint among position, velocity, both, got 'force'"):
         Constraint(Symbol("x"), level="force")
 
 
@@ -154,7 +191,7 @@ def test_projected_steps_are_those_written_by_hand(level: str) -> None:
     r = ss.march(scene, ss.scheme("newmark", beta=0.3025, gamma=0.6), dt=0.02, t_end=0.3)
     state = scene.u0, scene.v0, scene.a0, np.array([r.memory[name][0] for name in r.multipliers])
     for k in range(1, 16):
-        u, v, *rest = constrained_steps.newmark(p, 0.02, state, 0.3025, 0.6, at_velocities=level == "velocity")
+        u, v, *rest = constrained_steps.newmark(p, 0.02, state, 0.3025, 0.6, level=level)
         state = *constrained_steps.projected(p, u, v), *rest
         assert np.allclose(r.u[k], state[0], rtol=0.0, atol=1e-9)
         assert np.allclose(r.v[k], state[1], rtol=0.0, atol=1e-8)
@@ -223,7 +260,8 @@ def test_the_table_of_readings_is_what_is_measured(scheme: str) -> None:
     """Its text but for the cost, of which iterations may differ by a few."""
     page = (Path(__file__).parents[1] / "docs" / "constraints_and_contact.md").read_text()
     said = dict(line.removesuffix(" |").rsplit(" | ", 1) for line in page.splitlines() if line.count(" | ") == 7)
-    for level, projected in product(("position", "velocity"), (False, True)):
+    both = [] if scheme == "central_difference" else [("both", False)]
+    for level, projected in (*product(("position", "velocity"), (False, True)), *both):
         start, cost = row(scheme, level, projected=projected)
         assert start in said
         assert float(said[start]) == pytest.approx(cost, abs=0.06)

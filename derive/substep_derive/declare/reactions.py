@@ -8,17 +8,19 @@ from sympy import Expr, Symbol, sympify
 from .errors import DeclarationError
 from .potentials import negative_part
 
-LEVELS = ("position", "velocity")
+LEVELS = ("position", "velocity", "both")
 
 
 @dataclass(frozen=True)
 class Constraint:
     """An expression g that a reaction keeps at 0, at displacements or, by its total derivative d/dt g, at velocities.
 
-    level: which of both, where g holds no rates; one that holds rates is kept at 0 at velocities itself. At the level
+    level: which of these, where g holds no rates; one that holds rates is kept at 0 at velocities itself. At the level
     of velocities (index 2: Hairer & Wanner, Solving Ordinary Differential Equations II, VII.1) g drifts by the scheme's
-    error. projected: whether each step ends with u and v moved to where g and d/dt g are 0, as little as possible,
-    measured by the mass. Raises DeclarationError for another level.
+    error. "both" is the stabilisation of Gear, Gupta & Leimkuhler, J. Comput. Appl. Math. 12-13 (1985) 77-90: a second
+    multiplier moves displacements alone, so that g and d/dt g are 0 alike. projected: whether each step ends with u and
+    v moved to where g and d/dt g are 0, as little as possible, measured by the mass. Raises DeclarationError for
+    another level.
     """
 
     expression: Expr

@@ -12,16 +12,17 @@ of each of them, of which C then multiplies the same mixture. The time is that a
 passes the displacement. The row is multiplied by the mass at the one knot that depends on the unknown.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from sympy import Abs, Expr, Integer, Matrix, Symbol, diag, factor, sympify, zeros
 
 from ..constrained.explicit import held_next, mean_velocity
 from ..declare.errors import DeclarationError
 from ..declare.law import slope
+from ..declare.names import entry_name
 from ..declare.scheme import Balance, Scheme
-from ..declare.symbols import K0, C, K_t, M, N_discrete, h
+from ..declare.symbols import K0, C, K_t, M, N_discrete, h, kind_of, knot
 from ..motion.components import Assignments, Writer, assign, drawn_out
 from ..motion.equations import EquationsOfMotion, solved
 from ..step.places import Place, places
@@ -55,7 +56,11 @@ def general_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
     w.unknown = w.acting = of_balance(w.motion.scene, k)
     at = _At(w, k, stage)
     reach, before, moves = reached(w, stage, at.z, at.in_z)
-    after = moves + written(w, {s: e for s, e in stage.in_z.items() if s in wanted and s not in reach})
+    shift = _Shift.of(w, k)
+    moves = shift.applied(moves, {s: by_z[0] for s, by_z in reach.items()}, w)
+    rest = {s: e for s, e in stage.in_z.items() if s in wanted and s not in reach}
+    moved_too = {s: at.in_z(s)[0].diff(at.z[0]) for s in rest if shift.names and kind_of(s) == 0}
+    after = moves + shift.applied(written(w, rest), moved_too, w)
     rows = [_row(at, balance) for balance in stage.balances]
     if any(place is None for _, place, _ in rows):
         if not stage.alone:
@@ -68,7 +73,7 @@ def general_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
         return BalanceStep(
             k, at.z, before, [], zeros(w.size, 1), nothing, nothing, None, Integer(0), after, nothing, solved=explicit
         )
-    found = _iterated(at, last, rows, reach)
+    found = _iterated(at, last, rows, reach, shift)
     return replace(found, before=before + found.before, moving=moves + found.moving, after=after + found.after)
 
 
@@ -92,14 +97,14 @@ def _row(at: "_At", balance: Balance) -> Taken:
     return inertia, moving[0] if moving else None, load
 
 
-def _iterated(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach) -> BalanceStep:
+def _iterated(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach, shift: "_Shift") -> BalanceStep:
     """The balances that are iterated, without what is computed of displacements.
 
     last: the displacement last solved for.
     """
     w, z = at.w, at.z
     parts = split(w, z)
-    before, within = Assignments(), Assignments()
+    before, within = list(shift.before), Assignments()
     vectors = [(w.components(s), by_z) for s, by_z in reach.items()]  # that move with z, and their derivatives by it
 
     def by_z(whole: Matrix) -> list[Expr]:
@@ -112,6 +117,7 @@ def _iterated(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach) -> B
         within.extend(assign(name, combined(star, by_z(whole), parts)))
         return name
 
+    displaced = list(vectors)
     residuals, jacobians, accelerations, free = list[Matrix](), list[Matrix](), list[Matrix](), list[Matrix]()
     for number, (inertia, place, load) in enumerate(rows):
         assert place is not None
@@ -120,6 +126,7 @@ def _iterated(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach) -> B
             u = w.components(place.u)
         elif u.has(*z):
             vectors.append((w.components(Symbol(f"u_*at{number or ''}")), by_z(u)))
+            displaced.append(vectors[-1])
             u = vectors[-1][0]
             within += assign(u, w.hoisted(w.vector(place.u)))
         if w.motion.damped and v.has(*z):
@@ -145,15 +152,16 @@ def _iterated(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach) -> B
         moved_by_z, (residual, jacobian), after = _with_reactions(at, reach, (residual, jacobian), named)
         vectors += [(one.names, []) for one in moved_by_z]
         far_held = moved_by_z[0].by_z
-    moving = (z, *accelerations, w.unknown, *(names for names, _ in vectors))
+    jacobian = Matrix.hstack(jacobian, shift.columns(displaced, residual))
+    moving = (z, *accelerations, w.unknown, shift.names, *(names for names, _ in vectors))
     steady = _Steady(at.k, {s for m in moving for s in m.free_symbols})
     residual, jacobian = (w.hoisted(m).applyfunc(steady.without) for m in (residual, jacobian))
     first, far = _begun(at, last, rows, reach, far_held)
-    before += steady.assignments
-    first, w.latest, scene = Matrix([*first, *w.latest]), w.unknown, w.motion.scene
+    first, w.latest, scene = Matrix([*first, *w.latest, *(0 * shift.names)]), w.unknown, w.motion.scene
     return BalanceStep(
-        at.k, Matrix([*z, *w.unknown]), before, within, residual, jacobian, Matrix(), first, far, after, diag(*free),
-        multipliers=len(w.unknown), bounded=len(scene.contacts) + len(scene.frictions),
+        at.k, Matrix([*z, *w.unknown, *shift.names]), [*before, *steady.assignments], within, residual, jacobian,
+        Matrix(), first, far, after, diag(*free), multipliers=len(w.unknown) + len(shift.names),
+        bounded=len(scene.contacts) + len(scene.frictions),
     )  # fmt: skip
 
 
@@ -212,6 +220,46 @@ def _without_rates(at: "_At", rows: Sequence[Taken]) -> Matrix:
         still = at.acceleration(place, at.at_rest(at.in_z(place.u)), zeros(w.size, 1), load)
         found.append(w.hoisted(-(w.hoisted(at.at_rest(inertia)) + still) / inertia[0].diff(z[0])))
     return Matrix.vstack(*found)
+
+
+@dataclass(frozen=True)
+class _Shift:
+    """What moves the displacements of a balance beside z, so that constraints may hold them and velocities alike.
+
+    names: a multiplier (c, 1) for each such constraint. along: the names of M^-1 G^T (d, c) at t_n, which `before`
+    assigns. Where z moves a displacement by c_u z, these move it by c_u along*names.
+    """
+
+    names: Matrix
+    along: Matrix
+    before: Assignments
+
+    @classmethod
+    def of(cls, w: Writer, k: int) -> "_Shift":
+        """That of the k-th balance, with names alone if there is one."""
+        held, places = w.motion.held, list(w.motion.held.at_both)
+        names = Matrix([Symbol(f"shift{k + 1}_{list(w.motion.scene.constraints)[j]}") for j in places])
+        if not places:
+            return cls(names, names, [])
+        u0, when = list(w.components(knot(0).u)), w.instant(Integer(0))
+        mass, _ = w.motion.equation(u0, u0, when)
+        directions = held.directions_at(u0, when)
+        value = w.hoisted(Matrix.hstack(*(solved(mass, directions[j, :].T) for j in places)))
+        along = Matrix(*value.shape, lambda i, j: Symbol(entry_name(f"along{k}_", i, j)))
+        return cls(names, along, assign(along, value))
+
+    def applied(self, moves: Assignments, by_z: Mapping[Symbol, Expr], w: Writer) -> Assignments:
+        """Assignments of displacements, with their derivatives by z, that these move as well."""
+        whole = self.along * self.names if self.names else Matrix()
+        more = {name: c * e for s, c in by_z.items() for name, e in zip(w.components(s), whole, strict=False)}
+        return [(s, e + more.get(s, Integer(0))) for s, e in moves]
+
+    def columns(self, moved: Iterable[tuple[Matrix, list[Expr]]], residual: Matrix) -> Matrix:
+        """The residual's derivative by these; moved: displacements, and their derivatives by z."""
+        total = zeros(len(residual), len(self.names))
+        for names, (by_z, *_) in moved if self.names else ():
+            total += Matrix([[slope(e, s) for s in names] for e in residual]) * by_z * self.along
+        return total
 
 
 class _At:

@@ -74,7 +74,7 @@ def of_balance(scene: Scene, k: int) -> Matrix:
 def by_velocity(motion: EquationsOfMotion) -> bool:
     """Whether any of them is decided by a velocity."""
     bounces = any(contact.restitution is not None for contact in motion.scene.contacts.values())
-    return bool(motion.scene.frictions) or bounces or any(motion.held.at_velocities)
+    return bool(motion.scene.frictions or motion.held.at_both) or bounces or any(motion.held.at_velocities)
 
 
 def held_first(w: Writer, step: Step) -> tuple[tuple[Expr, Expr, Expr], Expr] | None:
@@ -91,8 +91,8 @@ class Asked:
     """What reactions ask of a scheme.
 
     positions, rates: whether some hold a displacement, or are decided by a velocity; velocities: whether constraints
-    are. contacts: whether some only push, or are friction; gaps: whether some only push; restitution: whether some
-    contact has one. impulsive: whether they are not remembered.
+    are; both: whether some hold both. contacts: whether some only push, or are friction; gaps: whether some only push;
+    restitution: whether some contact has one. impulsive: whether they are not remembered.
     """
 
     positions: bool
@@ -102,6 +102,7 @@ class Asked:
     gaps: bool
     restitution: bool
     impulsive: bool
+    both: bool = False
 
     @classmethod
     def by(cls, motion: EquationsOfMotion) -> "Asked":
@@ -112,7 +113,7 @@ class Asked:
         either = bool(scene.contacts or scene.frictions)
         return cls(
             at_positions > 0, by_velocity(motion), velocities > 0, either, bool(restitutions), any(restitutions),
-            scene.impulsive,
+            scene.impulsive, bool(motion.held.at_both),
         )  # fmt: skip
 
 
@@ -137,6 +138,11 @@ def _require_holding(scheme: Scheme, asked: Asked) -> Prescribed | None:
         raise DeclarationError(
             f"{scheme.name} solves balances together: expected balances that are solved one after the other on a scene "
             "with constraints, contacts or friction; take another scheme, or a scene without"
+        )
+    if asked.both and (later or asked.contacts or not all(stage.moved for stage in step.stages)):
+        raise DeclarationError(
+            f"{scheme.name}: expected implicit balances alone, and no contacts or frictions, where a constraint holds "
+            'displacements and velocities; take level="position" with projected=True, or another scheme'
         )
     if asked.rates or (asked.impulsive and not later):
         impulses(step)
@@ -221,6 +227,7 @@ def _rows(w: Writer, k: int, stage: Stage, to: Moving, u: Moving, v: Moving, mea
             most = larger(most, Integer(0))
         low, high = (moves[j] * (unknown[j] + sign * most) for sign in (-1, 1))
         found.append(larger(smaller(-rates[j] / c_v, high), low))  # where nothing presses, the rate says which
+    found += [held.at(held.drift[0], list(place), list(speed), when)[j] / v.by_z for j in held.at_both]
     return Matrix(found)
 
 

@@ -41,6 +41,12 @@ class Held:
         return tuple(rates or name in asked for name, rates in zip(self.by_name, self.of_rates, strict=True))
 
     @cached_property
+    def at_both(self) -> tuple[int, ...]:
+        """The places of those that are held at displacements and at velocities."""
+        given = enumerate(self.scene.constraints.values())
+        return tuple(k for k, constraint in given if constraint.level == "both" and not self.of_rates[k])
+
+    @cached_property
     def _written(self) -> Matrix:
         return Matrix([tidy(g).subs(self.scene.invariants) for g in self.by_name.values()])
 
