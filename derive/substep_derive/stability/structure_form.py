@@ -12,18 +12,21 @@ multi-step method rho(E) y = Z sigma(E) y of the same operator is recognised lik
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 from sympy import QQ, Expr, Poly, Symbol, cancel, fraction
 
 from ..algebra import rational
 from ..algebra.algebraic import Field
+from ..algebra.field_matrices import field_matrix
 from ..algebra.points import RationalPoint, positive_roots, ring_over, simplest_between
 from ..declare.errors import DeclarationError
 from ..declare.parameter_set import ParameterSet
 from ..declare.symbols import K0, C, M, N, N_discrete, Omega, h, kind_of, knot, knot_of, lam, lattice, z
 from ..step.step import Step
 from .hurwitz import Verdict, verdict
+from .structure_storage import storage
 
 MATRICES = (M, C, K0)
 Row = dict[Symbol, Any]  # symbol of a knot -> its coefficient
@@ -187,13 +190,19 @@ class OperatorForm:
         if self.den.degree() and verdict(mirrored, RationalPoint(field, QQ(0))) is not Verdict.INSIDE:
             return False
         difference = _on_axis(self.den, ring) - _on_axis(self.numerator, ring)
-        if not difference:
-            return True
-        roots = positive_roots(field, [difference], ring)
-        ends = [QQ(0), *(root.high for root in roots)]
-        starts = [*(root.low for root in roots), ends[-1] + 2]
-        samples = [simplest_between(low, high) for low, high in zip(ends, starts, strict=True)]
-        return all(field.sign(difference.evaluate(ring.gens[0], field.domain.convert(x))) > 0 for x in samples)
+        return nowhere_negative(field, difference)
+
+
+def nowhere_negative(field: Field, polynomial: Any) -> bool:
+    """Whether a polynomial in one variable is not negative at any positive one."""
+    if not polynomial:
+        return True
+    ring = polynomial.ring
+    roots = positive_roots(field, [polynomial], ring)
+    ends = [QQ(0), *(root.high for root in roots)]
+    starts = [*(root.low for root in roots), ends[-1] + 2]
+    samples = [simplest_between(low, high) for low, high in zip(ends, starts, strict=True)]
+    return all(field.sign(polynomial.evaluate(ring.gens[0], field.domain.convert(x))) > 0 for x in samples)
 
 
 def _on_axis(polynomial: Poly, ring: Any) -> Any:
@@ -201,6 +210,30 @@ def _on_axis(polynomial: Poly, ring: Any) -> Any:
     c = list(reversed(polynomial.rep.to_list()))
     even, odd = (ring.from_dict({(j,): (-x if j % 2 else x) for j, x in enumerate(c[k::2]) if x}) for k in (0, 1))
     return even**2 + ring.gens[0] * odd**2
+
+
+def within_triangle(form: OperatorForm, field: Field, W: Fraction, D: Fraction) -> bool:
+    """Whether R is a polynomial with |R| <= 1 in the triangle -D, +-i sqrt(W), that is on its border."""
+    if form.den.degree():
+        return False
+    ring = ring_over(field, Omega)
+    s, one = ring.gens[0], ring.one
+    number = lambda x: ring.ground_new(field.domain.convert(QQ(x.numerator, x.denominator)))  # noqa: E731
+    coefficients, degree = form.numerator.rep.to_list()[::-1], form.numerator.degree()
+    square, share = number(W), 1 + s
+    for x in (ring.zero, number(D) * s):  # z = (-x + i sqrt(W))/(1 + s), s > 0: up to the corner i sqrt(W), from there
+        real, imaginary, power = ring.zero, ring.zero, (one, ring.zero)  # imaginary parts over sqrt(W)
+        for k, c in enumerate(coefficients):
+            scale = share ** (degree - k)
+            real, imaginary = (
+                e + (part * scale).mul_ground(c) for e, part in zip((real, imaginary), power, strict=True)
+            )
+            a, b = power
+            power = (-x * a - square * b, a - x * b)
+        whole = (share**degree).mul_ground(field.domain.convert(form.den.rep.to_list()[0]))
+        if not nowhere_negative(field, whole**2 - real**2 - square * imaginary**2):
+            return False
+    return True
 
 
 @dataclass(frozen=True)
@@ -235,19 +268,17 @@ class MultiStepForm:
         return cls(rho, -sigma)
 
     @property
-    def G(self) -> tuple[Any, Any, Any] | None:
-        """(g_11, g_12, g_22), positive definite, of a two-step method of second order with rational parameters.
+    def G(self) -> list[list[Any]] | None:
+        """G (k, k), positive definite, of a method of k steps with rational parameters.
 
-        Re <rho y, sigma y> = |Y_1|_G^2 - |Y_0|_G^2 + e |y_2 - 2 y_1 + y_0|^2 with e >= 0 (Dahlquist, BIT 18 (1978)
-        384-401; Hairer & Wanner II, V.6), which the dissipative L makes not positive. None where it is not so.
+        Re <rho y, sigma y> = |Y_1|_G^2 - |Y_0|_G^2 + sum |e_j(E) y_0|^2 (Dahlquist, BIT 18 (1978) 384-401; Hairer &
+        Wanner II, V.6), which the dissipative L makes not positive. None where `squares` finds no such sum.
         """
-        if self.rho.domain != QQ or self.rho.degree() != 2:
+        if self.rho.domain != QQ or (k := self.rho.degree()) < 2:
             return None
-        (r2, r1, r0), (s2, s1, s0) = ([p.coeff_monomial((k,)) for k in (2, 1, 0)] for p in (self.rho, self.sigma))
-        e = (r2 * s0 + r0 * s2) / 2
-        g11, g12, g22 = e - r0 * s0, (r1 * s2 + r2 * s1) / 2 + 2 * e, r2 * s2 - e
-        whole = r1 * s1 == g11 - g22 + 4 * e and (r0 * s1 + r1 * s0) / 2 == -g12 - 2 * e
-        return (g11, g12, g22) if whole and e >= 0 and g11 > 0 and g11 * g22 > g12**2 else None
+        G = storage(*([QQ.from_sympy(p.coeff_monomial((j,))) for j in range(k + 1)] for p in (self.rho, self.sigma)))
+        minors = [] if G is None else [field_matrix([r[:m] for r in G[:m]], QQ).det() for m in range(1, k + 1)]
+        return G if minors and all(m > 0 for m in minors) else None
 
 
 def _over(over: Any, row: Row) -> Row:

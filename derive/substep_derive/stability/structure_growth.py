@@ -4,14 +4,15 @@ A growth is claimed only where the characteristic polynomial of the step, over t
 outside the unit circle by Routh's array.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
+from functools import reduce
 from itertools import count, islice
 from typing import Any
 
-from sympy import QQ
+from sympy import QQ, Symbol
 
-from ..algebra.field_matrices import FieldMatrix, field_matrix
+from ..algebra.field_matrices import FieldMatrix, field_matrix, identity
 from ..algebra.points import RationalPoint, ring_over
 from ..declare.symbols import Omega
 from .hurwitz import Verdict, bilinear, verdict
@@ -23,10 +24,14 @@ TRIED = 400
 TRIED_IRRATIONAL = 40  # over a field of algebraic numbers, where a step takes longer
 
 
-def step_matrix(rows: Rows, structure: Structure) -> FieldMatrix:
-    """A with x_1 = A x_0 for M, h C, h^2 K: all relations and balances of the step as one system, solved exactly."""
-    domain, n = rows.field.domain, len(structure[0])
-    matrices = [[[domain.convert(QQ(e.numerator, e.denominator)) for e in row] for row in part] for part in structure]
+def solved(rows: Rows, structure: Sequence[FieldMatrix]) -> dict[Symbol, FieldMatrix]:
+    """Each symbol of the step (n, n states) in terms of its old state, for M, h C, h^2 K (n, n) over one domain.
+
+    All relations and balances of the step are one system, solved exactly. The domain is that of the parameters, or
+    rational functions over it.
+    """
+    domain, n = structure[0].domain, structure[0].shape[0]
+    matrices, lift = [part.to_list() for part in structure], lifted(rows, domain)
     place = {s: i * n for i, s in enumerate(rows.symbols)}
     unknown, width = len(rows.step.unknowns) * n, len(rows.symbols) * n
     system = [[domain.zero] * width for _ in range(unknown)]
@@ -34,20 +39,44 @@ def step_matrix(rows: Rows, structure: Structure) -> FieldMatrix:
     for relation in rows.relations:
         for s, c in relation.items():
             for i in range(n):
-                system[top + i][place[s] + i] = c
+                system[top + i][place[s] + i] = lift(c)
         top += n
     for balance in rows.balances:
         for part, row in zip(matrices, balance, strict=True):
             for s, c in row.items():
                 for i in range(n):
                     for j in range(n):
-                        system[top + i][place[s] + j] += c * part[i][j]
+                        system[top + i][place[s] + j] += lift(c) * part[i][j]
         top += n
     both = field_matrix(system, domain)
-    solved = (-both[:, :unknown].lu_solve(both[:, unknown:])).to_list()
-    unit = [[domain.one if i == j else domain.zero for j in range(width - unknown)] for i in range(width - unknown)]
-    after = [place[s] + i for s in rows.step.after for i in range(n)]
-    return field_matrix([solved[k] if k < unknown else unit[k - unknown] for k in after], domain)
+    found = (-both[:, :unknown].lu_solve(both[:, unknown:])).to_dense()
+    whole = found.vstack(identity(width - unknown, domain))
+    return {s: whole[i : i + n, :] for s, i in place.items()}
+
+
+def lifted(rows: Rows, domain: Any) -> Callable[[Any], Any]:
+    """How a number of the parameters' field becomes one of the domain."""
+    return (lambda c: c) if domain == rows.field.domain else domain.field.ground_new
+
+
+def exact(rows: Rows, structure: Structure) -> list[FieldMatrix]:
+    """M, h C, h^2 K over the parameters' field."""
+    domain = rows.field.domain
+    return [
+        field_matrix([[domain.convert(QQ(e.numerator, e.denominator)) for e in row] for row in part], domain)
+        for part in structure
+    ]
+
+
+def step_matrix(rows: Rows, structure: Structure) -> FieldMatrix:
+    """A with x_1 = A x_0 for M, h C, h^2 K."""
+    found = solved(rows, exact(rows, structure))
+    return stacked(found[s] for s in rows.step.after)
+
+
+def stacked(parts: Iterable[FieldMatrix]) -> FieldMatrix:
+    """The matrices below each other."""
+    return reduce(lambda above, below: above.vstack(below), parts)
 
 
 def where(rows: Rows, structure: Structure) -> Verdict:

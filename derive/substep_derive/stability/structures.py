@@ -40,11 +40,10 @@ from .hurwitz import Parts, Spectrum, Verdict, bilinear, tidy, verdict
 from .structure_form import BalanceForm, MultiStepForm, OperatorForm, Rows
 from .structure_growth import Structure, as_text, candidates, growing, oscillator, where
 from .structure_multiplier import Multiplier
-from .structure_transient import transient
+from .structure_transient import Limits, transient
 
 POLYA = 8  # factors 1 + x + y that are tried to make all coefficients of one sign
 PROVED, BOUND, REFUTED, OPEN = "proved", "proved under a bound", "refuted", "open"
-Limits = tuple[Fraction, Fraction | None]
 
 
 @dataclass(frozen=True)
@@ -132,9 +131,12 @@ class _Decision:
             return "unbounded: there is a structure on which the scheme is not stable."
         if not self.scheme.takes_damping:
             return "that of its undamped modes, `derive(scheme).energy.gained`."
-        if verdict == OPEN and not (self.undamped.stable and self._oscillators.stable_for_all_xi):
-            return "open; not searched, for there are oscillators on which the scheme is not stable."
-        return transient(self.parameters, self.rows, every_step=verdict == PROVED, bound=bound)
+        every = verdict == PROVED or (self.undamped.stable and self._oscillators.stable_for_all_xi)
+        if verdict == OPEN and not every:
+            bound = self._triangle if self._moves_freely else None
+            if bound is None:
+                return "open; not searched, for there are oscillators on which the scheme is not stable."
+        return transient(self.parameters, self.rows, every_step=every and bound is None, bound=bound)
 
     @cached_property
     def undamped(self) -> Certificate:
@@ -341,10 +343,8 @@ class _Decision:
         G = None if form is None else form.G
         if G is None:
             return ""
-        a, b, c = (str(e) for e in G)
         return (
-            f" The method is G-stable: sum G_jk <y_(n+j), y_(n+k)> in the energy product never grows, G = [[{a}, {b}], "
-            f"[{b}, {c}]]."
+            f" The method is G-stable: sum G_jk <y_(n+j), y_(n+k)> in the energy product never grows, G = {as_text(G)}."
         )
 
 
