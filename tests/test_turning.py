@@ -9,7 +9,8 @@ from substep_derive import DeclarationError, turning
 from sympy import Rational, sqrt
 
 import substep as ss
-from substep.studies.turning import FARTHEST, bar_of, first_growth, growth
+from substep.studies.failures.stiff_bars import cells
+from substep.studies.turning import FARTHEST, FRACTIONS, _of_errors, bar_of, early_energy, first_growth, growth
 
 Array = np.ndarray
 Stiffness = Callable[[float], Array]  # K (2, 2) per unit mass at an instant in steps
@@ -193,3 +194,59 @@ def test_a_rod_is_an_infinitely_stiff_bar(h: float, kept: bool) -> None:
     rate = np.sqrt(2 * 9.81 * np.sin(angle))
     assert (np.sum(np.log(growth(s, np.inf, rate * h)) / rate) < 0) == kept
     assert (np.ptp(r.energy) < 0.01 * 9.81) == kept
+
+
+def test_the_eigenvalues_of_the_motion_are_followed_where_others_come_nearer_to_one() -> None:
+    """An error's eigenvalue passes through 1 while one of the motion goes far away; sorting would exchange them."""
+    turn = np.arange(1, FRACTIONS + 1) / FRACTIONS
+    motion, errors = [1 + 0.8 * turn, 1 - 0.05j * turn], [0.5 + 0.45 * turn, -0.3 + 0 * turn]
+    path = np.stack([*errors, *motion], axis=1).astype(complex)[None]
+    assert _of_errors(path) == pytest.approx(0.95)
+    assert np.abs(path[0, -1])[np.abs(path[0, -1] - 1).argsort()[2:]].max() > 1.7
+
+
+@pytest.mark.parametrize(
+    ("name", "turn", "steps", "off"), [("rho_inf_bathe", 0.7, 5, 0.05), ("rho_inf_bathe", 0.4, 4, 0.09)]
+)
+def test_errors_along_a_bar_change_by_the_predicted_factor(name: str, turn: float, steps: int, off: float) -> None:
+    """Of two runs that differ by the acceleration along the bar at the start; at 0.7 sorted eigenvalues say 1.22."""
+    EA, s = 1e9, ss.scheme(name)
+    runs = []
+    for a0 in (0.0, 1.0):
+        scene = ss.scene("elastic_pendulum", EA=EA, a0=(a0, 0.0))
+        h = turn / bar_of(scene).rate
+        runs.append(ss.march(scene, s, h, (steps + 1) * h))
+    apart = np.abs(np.asarray(runs[1].strain) - np.asarray(runs[0].strain))
+    u, v = runs[0].u, runs[0].v
+    turns = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / (u * u).sum(axis=1) * h
+    predicted = growth(s, bar_of(scene).omega * h, turns[1:-1])
+    assert (apart[-1] / apart[1]) ** (1 / steps) == pytest.approx(float(np.exp(np.log(predicted).mean())), rel=off)
+
+
+@pytest.mark.filterwarnings("ignore:.*has gained energy:UserWarning")
+@pytest.mark.parametrize(
+    ("name", "turn", "rel"),
+    [
+        ("generalized_alpha_mixed_displacement", 0.02, 0.02),
+        ("wilson_theta", 0.03, 0.02),
+        pytest.param("discontinuous_galerkin_p1", 0.1, 0.02, marks=pytest.mark.thorough),
+        pytest.param("gssss_u0", 0.02, 0.02, marks=pytest.mark.thorough),
+    ],
+)
+def test_the_energy_of_the_first_steps_is_that_of_a_run(name: str, turn: float, rel: float) -> None:
+    """Of schemes that take the force where the bar is shorter than its length, and so stretch it at once."""
+    scene, s = ss.scene("elastic_pendulum", EA=1e9, a0="consistent"), ss.scheme(name)
+    bar = bar_of(scene)
+    h = turn / bar.rate
+    run = ss.march(scene, s, h, 4 * h)
+    found = early_energy(s, np.array([bar.omega * h]), np.array([turn]), np.array([4]))[0]
+    assert found > 1.01
+    assert found == pytest.approx(run.energy[1:].max() / scene.E0, rel=rel)
+
+
+def test_a_start_by_an_explicit_scheme_is_predicted_to_fail() -> None:
+    """bdf4 is started by Dormand and Prince's steps, from Omega of some units on, where its own errors fade."""
+    found = cells(ss.scheme("bdf4"), 1e10, np.array([1e-3]))[0]
+    assert found.predicted and found.agrees
+    bar = bar_of(ss.scene("elastic_pendulum", EA=1e10))
+    assert growth(ss.scheme("bdf4"), bar.omega * 1e-3, bar.rate * 1e-3) < 1.0

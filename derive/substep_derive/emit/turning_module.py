@@ -8,10 +8,13 @@ TURNING = '''"""The equations of a step of {scheme} on a stiff bar that turns.""
 
 import numpy as np
 
-# of the relations; how many symbols and forces are new; of what is kept, the column it becomes
+# of the relations; how many symbols and forces are new; of what is kept, the column it becomes; kinds and instants of
+# the old symbols; columns of u_1 and v_1
 ROWS, COLUMNS = {rows}, {columns}
 OF_NEW = {of_new}
 AFTER = {after}
+STATE = {state}
+ENDS = {ends}
 PARAMETERS = {parameters}
 
 
@@ -36,6 +39,8 @@ def turning_module(step: TurningStep) -> str:
         columns=step.relations.cols,
         of_new=step.of_new,
         after=step.after,
+        state=step.state,
+        ends=step.ends,
         parameters=literal_tuple(f'"{name}"' for name in names),
         arguments=", ".join(names.values()),
         body=block([*outputs.items()], 1, w)[0],

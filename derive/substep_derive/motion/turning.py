@@ -27,7 +27,7 @@ from ..declare.catalogue import find
 from ..declare.errors import DeclarationError
 from ..declare.parameter_set import ParameterSet
 from ..declare.scheme import Scheme
-from ..declare.symbols import K0, C, K_t, M, N, N_discrete, f, h, lam, successor
+from ..declare.symbols import K0, C, K_t, M, N, N_discrete, f, h, kind_of, knot, lam, steps_back, successor
 from ..oscillator.evaluation import Evaluation
 from ..oscillator.spectrum import live_at, moduli
 from ..step.step import Step
@@ -117,6 +117,8 @@ class TurningStep:
     Symbols are u, v, a in the plane; forces are those per unit mass that balances take. of_new: how many of both are
     new. places: a row for each new force, the displacement at which it is taken, of the same columns; instants: of the
     forces, the new ones first, in steps after t_n. after: of what is kept from step to step, the column it becomes.
+    state: of the old symbols the kind, 0, 1, 2 for u, v, a, and the instant in steps. ends: the columns of u_1 and v_1;
+    None where one of them is only reported.
     """
 
     scheme: Scheme
@@ -125,6 +127,8 @@ class TurningStep:
     places: Matrix
     instants: tuple[Expr, ...]
     after: tuple[int, ...]
+    state: tuple[tuple[int, float], ...]
+    ends: tuple[int, int] | None
 
     @classmethod
     def of(cls, scheme: Scheme) -> "TurningStep":
@@ -162,6 +166,7 @@ def _step(scheme: Scheme) -> TurningStep:
     for k, a in enumerate(new):
         for s in a.free_symbols & {*symbols}:
             places[k, columns.index(s)] = a.args[0].diff(s)
+    end = knot(1)
     kept_after = [columns.index(force[later[a]]) for a in kept]
     return TurningStep(
         scheme,
@@ -170,4 +175,6 @@ def _step(scheme: Scheme) -> TurningStep:
         places,
         tuple(instant(a) for a in (*new, *kept)),
         (*(columns.index(s) for s in step.after), *kept_after),
+        tuple((kind_of(s), -float(steps_back(s))) for s in step.state),
+        (columns.index(end.u), columns.index(end.v)) if {*end[:2]} <= {*step.unknowns} else None,
     )

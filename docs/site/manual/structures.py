@@ -26,7 +26,8 @@ from .markdown import code, plain, table
 
 LONGEST = 160  # characters of LaTeX in a cell
 HEADER = (
-    "scheme", "every structure", "because", "own energy at ξ = 0", "its ratio a step", "lost on every potential",
+    "scheme", "every structure", "because", "energy of free motion, for a while",
+    "own energy at ξ = 0", "its ratio a step", "lost on every potential",
     "gains energy on a rigid bar that turns by τ a step",
 )  # fmt: skip
 
@@ -64,6 +65,7 @@ def page() -> str:
             "# Every structure, and the scheme's own energy", "",
             "Whether a scheme is stable for all M > 0, C ≥ 0 not proportional and K ≥ 0 of any size, at its",
             f"default parameters, by exact algebra; {others} has the argument, and other parameters.",
+            "The column after the argument says how far the energy of free motion may rise above that at the start.",
             "The own energy is a form in (u, h v) that an undamped step multiplies by one number, derived with free",
             f"parameters; {more} has it with damping and load.",
             "The column before the last is the leading rate at which a scheme loses energy on nonlinear scenes for",
@@ -81,9 +83,9 @@ def page() -> str:
 
 def _decision(found: StructuresCertificate | DeclarationError) -> list[str]:
     if isinstance(found, DeclarationError):
-        return ["not decided", plain(str(found))]
+        return ["not decided", plain(str(found)), ""]
     bound = "" if found.bound is None else f": {plain(bound_text(found.bound))}"
-    return [found.verdict + bound, plain(found.argument.partition(". ")[0].rstrip(".") + ".")]
+    return [found.verdict + bound, plain(found.argument.partition(". ")[0].rstrip(".") + "."), plain(found.transient)]
 
 
 def _energy(name: str) -> list[str]:

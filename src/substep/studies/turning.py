@@ -14,7 +14,8 @@ from ..core.schemes import Scheme
 from ..derived.modules import turning_step
 from ..marching.scene_lanes import TOLERANCE
 
-SLOW = 2  # eigenvalues of the motion across the bar, which are the nearest to 1
+SLOW = 2  # eigenvalues of the motion across the bar, which tend to 1 with the turn
+FRACTIONS = 24  # of a turn at which they are followed from there
 LEAST = 1e-200  # of a determinant: a smaller one is that of an explicit scheme on a rigid bar
 FARTHEST = 0.75  # rad a step, up to which the motion across the bar is told from errors along it
 CLOSE = 1e-6  # a growth beyond 1 that is none: what double eigenvalues are known to
@@ -40,8 +41,10 @@ def growth(s: Scheme, Omega: ArrayLike, tau: ArrayLike) -> Array:
     Omega: h times the axial angular frequency, inf for a rigid bar; tau: the angle in rad by which the bar turns in a
     step, up to `FARTHEST`. They and the scheme's parameters broadcast. The factor is that of steady turning; where the
     motion itself is slowed down by the scheme tau falls. inf: an explicit scheme on a rigid bar. The two eigenvalues
-    nearest to 1 are taken for the motion across the bar, which for some schemes, as rho_inf_bathe, others come near to
-    below `FARTHEST` already; `substep_derive.turning_threshold` says up to where they are told apart, with proof.
+    of the motion across the bar are those that are the nearest to 1 at small turns, followed from there, since others
+    may come nearer below `FARTHEST` already. Where one of the two and another have become a complex pair, as for
+    rho_inf_bathe from 0.450 on, that pair counts with the errors; `substep_derive.turning_threshold` says up to where
+    they are told apart, with proof.
 
     Raises DeclarationError for a scheme whose forces have no direction of the bar: a discrete gradient, or
     coefficients from the stiffness at the start; ValueError for Omega that is not above 0, and tau that is not finite.
@@ -54,13 +57,30 @@ def growth(s: Scheme, Omega: ArrayLike, tau: ArrayLike) -> Array:
     stiff, turn, *values = (np.asarray(x, dtype=float).ravel() for x in every)
     if not ((stiff > 0.0).all() and np.isfinite(turn).all()):
         raise ValueError(f"expected Omega > 0, inf for a rigid bar, and a finite tau in rad, got {Omega!r} and {tau!r}")
-    J = _matrices(_step(s.info.source), stiff, turn, dict(zip(s.parameters, values, strict=True)))
+    given = {name: np.repeat(x, FRACTIONS) for name, x in zip(s.parameters, values, strict=True)}
+    turns = turn[:, None] * np.arange(1, FRACTIONS + 1) / FRACTIONS
+    J = _matrices(_step(s.info.source), np.repeat(stiff, FRACTIONS), turns.ravel(), given)
+    J = J.reshape(len(stiff), FRACTIONS, *J.shape[1:])
     found = np.full(len(stiff), np.inf)
-    known = np.isfinite(J).all(axis=(1, 2))
-    eigenvalues = np.linalg.eigvals(J[known])
-    modulus = np.take_along_axis(np.abs(eigenvalues), np.abs(eigenvalues - 1.0).argsort(axis=1), axis=1)
-    found[known] = modulus[:, SLOW:].max(axis=1)
+    known = np.isfinite(J).all(axis=(1, 2, 3))
+    if known.any():
+        found[known] = _of_errors(np.linalg.eigvals(J[known]))
     return found.reshape(every[0].shape)
+
+
+def _of_errors(eigenvalues: Array) -> Array:
+    """The largest modulus (P,) at the last turn but for the two of the motion, of eigenvalues (P, FRACTIONS, m)."""
+    first = eigenvalues[:, 0]
+    motion = np.take_along_axis(first, np.abs(first - 1.0).argsort(axis=1)[:, :SLOW], axis=1)
+    m, places = first.shape[1], np.arange(SLOW)
+    for k in range(1, eigenvalues.shape[1]):
+        away = np.abs(eigenvalues[:, k, :, None] - motion[:, None, :])
+        both = away[:, :, None, 0] + away[:, None, :, 1] + np.where(np.eye(m) > 0, np.inf, 0.0)
+        places = np.stack(np.unravel_index(both.reshape(len(both), -1).argmin(axis=1), (m, m)), axis=1)
+        motion = np.take_along_axis(eigenvalues[:, k], places, axis=1)
+    modulus = np.abs(eigenvalues[:, -1])
+    np.put_along_axis(modulus, places, 0.0, axis=1)
+    return modulus.max(axis=1)
 
 
 def is_elastic_pendulum(scene: Scene) -> bool:
@@ -101,11 +121,52 @@ def _step(scheme: Any) -> ModuleType:
     return turning_step(scheme)
 
 
-def _matrices(step: ModuleType, Omega: Array, tau: Array, values: dict[str, Array]) -> Array:
-    """What a step multiplies errors by, (P, m, m), as seen from the bar before it and after it; NaN if not determined.
+def early_energy(s: Scheme, Omega: Array, tau: Array, steps: Array) -> Array:
+    """The largest energy (P,) over that at the start in the first of a scheme's steps, predicted by linear equations.
 
-    Symbols of the step stand in the plane in the directions along and across the bar at t_n, forces in those at their
-    own instants.
+    Omega, tau (P,): as for `growth`, finite; steps (P,): how many. Motion begins on a bar of its own length, without
+    force and acceleration along it; steps before the start are those of steady turning, without either. Equations are
+    linear about the bar that turns steadily, which holds for about a
+    radian. Seen here is what is no growth of errors: that a step stretches the bar at once, since the acceleration at
+    the start is none or the force is taken where the bar is shorter than its length, as at a mixture of displacements
+    or at stages. The change of the turning itself, which is of second order in these forces, is not. NaN where the
+    scheme only reports u or v.
+
+    Raises DeclarationError as `growth`.
+    """
+    step = _step(s.info.source)
+    if step.ENDS is None:
+        return np.full(len(Omega), np.nan)
+    values = {name: np.broadcast_to(np.asarray(x, dtype=float), len(Omega)) for name, x in s.parameters.items()}
+    (X, constant), (J, added) = _affine(step, Omega, tau, values)
+    x = np.zeros((len(Omega), 2 * len(step.AFTER)))
+    for k, (kind, instant) in ((k, at) for k, at in enumerate(step.STATE) if at[0] < 2):
+        angle = tau * instant + kind * np.pi / 2
+        x[:, 2 * k], x[:, 2 * k + 1] = tau**kind * np.cos(angle), tau**kind * np.sin(angle)
+    most, cosine, sine = np.full(len(Omega), -np.inf), np.cos(tau), np.sin(tau)
+    u, v = (2 * column + np.arange(2) for column in step.ENDS)
+    with np.errstate(over="ignore", invalid="ignore"):
+        for k in range(int(steps.max())):
+            now = np.einsum("pij,pj->pi", X, x) + constant
+            stretch = cosine * now[:, u[0]] + sine * now[:, u[1]] - 1.0
+            energy = ((now[:, v] ** 2).sum(axis=1) + (Omega * stretch) ** 2) / tau**2
+            most = np.where(k < steps, np.fmax(most, np.where(np.isfinite(energy), energy, np.inf)), most)
+            x = np.einsum("pij,pj->pi", J, x) + added
+    return most
+
+
+def _matrices(step: ModuleType, Omega: Array, tau: Array, values: dict[str, Array]) -> Array:
+    """What a step multiplies errors by, (P, m, m), as seen from the bar before and after it; NaN if not determined."""
+    return _affine(step, Omega, tau, values)[1][0]
+
+
+def _affine(
+    step: ModuleType, Omega: Array, tau: Array, values: dict[str, Array]
+) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """Matrices (P, i, m) and constants (P, i): the new symbols and forces, and what is kept as seen from the next bar.
+
+    Lengths are over that of the bar, which the constants come from, and times over h. Symbols of the step stand in the
+    plane in the directions along and across the bar at t_n, forces in those at their own instants.
     """
     relations, places, instants = _numbers(step, values, len(Omega))
     (new, forces), n = step.OF_NEW, relations.shape[2]
@@ -116,20 +177,26 @@ def _matrices(step: ModuleType, Omega: Array, tau: Array, values: dict[str, Arra
     equations = np.concatenate(
         [_turned(relations, angle[:, None, :]), _turned(places, -angle[:, new:old, None])], axis=1
     )
-    for k in range(forces):  # along the bar r = force/Omega^2, across it tau^2 s = force
+    length = np.zeros((*equations.shape[:2], 1))
+    for k in range(forces):  # along the bar r - 1 = force/Omega^2, across it tau^2 s = force
         along = 2 * (relations.shape[1] + k)
         equations[:, along, 2 * (new + k)] -= 1.0 / Omega**2
         equations[:, along + 1] *= tau[:, None] ** 2
         equations[:, along + 1, 2 * (new + k) + 1] -= 1.0
-    A, B = equations[:, :, : 2 * old], equations[:, :, 2 * old :]
-    X, largest = np.full(B.shape, np.nan), np.abs(A).max(axis=2, keepdims=True)
-    regular = np.abs(np.linalg.det(A / np.where(largest > 0.0, largest, 1.0))) > LEAST
-    X[regular] = -np.linalg.solve(A[regular], B[regular])
-    unit = np.broadcast_to(np.eye(len(step.AFTER)), (len(Omega), *2 * (len(step.AFTER),)))
-    whole = np.concatenate([X, _turned(unit, np.zeros((1, 1, 1)))], axis=1)
+        length[:, along] = 1.0
+    A, B = equations[:, :, : 2 * old], np.concatenate([-equations[:, :, 2 * old :], length], axis=2)
+    largest = np.abs(A).max(axis=2, keepdims=True)
+    largest = np.where(largest > 0.0, largest, 1.0)
+    A, B, X = A / largest, B / largest, np.full(B.shape, np.nan)
+    regular = np.abs(np.linalg.det(A)) > LEAST
+    X[regular] = np.linalg.solve(A[regular], B[regular])
+    kept = len(step.AFTER)
+    unit = np.broadcast_to(np.eye(kept), (len(Omega), kept, kept))
+    same = np.broadcast_to(np.eye(2 * kept, 2 * kept + 1), (len(Omega), 2 * kept, 2 * kept + 1))
     back = np.array([0.0 if column in of_force else -1.0 for column in step.AFTER])
-    kept = [2 * column + i for column in step.AFTER for i in (0, 1)]
-    return _turned(unit, tau[:, None, None] * back) @ whole[:, kept]
+    places_kept = [2 * column + i for column in step.AFTER for i in (0, 1)]
+    J = _turned(unit, tau[:, None, None] * back) @ np.concatenate([X, same], axis=1)[:, places_kept]
+    return (X[:, :, :-1], X[:, :, -1]), (J[:, :, :-1], J[:, :, -1])
 
 
 def _turned(numbers: Array, angle: Array) -> Array:

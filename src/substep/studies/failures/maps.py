@@ -20,7 +20,7 @@ from .table import stiff
 
 SPAN, MOST_STEPS = 10.0, 500  # a run takes SPAN (s) or MOST_STEPS steps, whichever is shorter
 STEPS = (1e-3, 1.0)  # least and largest h, s
-LINE = 100  # steps and values of a parameter between which a derived line is drawn
+LINE = 60  # steps and values of a parameter between which a derived line is drawn
 
 
 @dataclass(frozen=True)

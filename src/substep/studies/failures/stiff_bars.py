@@ -12,12 +12,13 @@ from ...core.scenes import scene
 from ...core.schemes import Array, Scheme, scheme, schemes
 from ...core.style import COLOURS, styled
 from ...figures.charts import save
-from ..turning import CLOSE, FARTHEST, bar_of, growth
+from ..turning import CLOSE, FARTHEST, bar_of, early_energy, growth
 from .maps import MOST_STEPS, SPAN, STEPS
 from .outcomes import GAIN, QUICK, SECTION, SURVIVED, WORDS, run, whole_steps, write_rows
 
 STIFFNESS = tuple(10.0**k for k in range(5, 12))  # EA, N
 POINTS = 24  # steps h for each
+EARLY = 4  # steps of which the energy is predicted, or those of a radian
 SHADES = {  # (predicted, observed) -> colour and name
     (False, False): ("0.88", "neither"),
     (True, True): (COLOURS[0], "predicted and observed"),
@@ -47,13 +48,19 @@ def cells(s: Scheme, EA: float, h: Array) -> list[BarCell]:
 
     The bar, unstretched at the start, oscillates by the stretch m v0^2/EA of its tension in steady rotation. A run is
     predicted to fail if errors grow from there, by `growth` a step, to the stretch that holds as much energy as a
-    run that survived may have gained. Raises DeclarationError as `growth`.
+    run that survived may have gained; or if the scheme gains that much by itself, by `early_energy` in EARLY steps or
+    in the first radian; or if the scheme that starts it does. Raises DeclarationError as `growth`.
     """
     pendulum = scene("elastic_pendulum", EA=EA, a0="consistent")
     bar, n = bar_of(pendulum), np.minimum(whole_steps(SPAN, h), MOST_STEPS)
-    factors = growth(s, bar.omega * h, bar.rate * h)
+    Omega, tau = bar.omega * h, bar.rate * h
+    factors = growth(s, Omega, tau)
     largest = np.sqrt(GAIN - 1.0) * bar.omega / bar.rate  # of these two stretches one over the other
     predicted = (factors > 1.0 + CLOSE) & (n * np.log(factors) > np.log(max(largest, 1.0)))
+    radian = np.maximum(EARLY, 1.0 // tau)
+    predicted |= early_energy(s, Omega, tau, np.minimum(radian, n)) > GAIN
+    if (starter := s.starter) is not None:
+        predicted |= early_energy(starter, Omega, tau, np.full(len(h), s.starting_steps)) > GAIN
     _, outcome = run(pendulum, s, h, n)
     return [
         BarCell(s.name, EA, float(x), bool(failing), WORDS[word])
@@ -103,10 +110,10 @@ def over_stiffness(folder: Path, full: bool = False) -> list[BarCell]:
     save(
         figure, folder / "stiff_bars", SECTION,
         f"""The elastic pendulum from bar stiffness EA = 10⁵ to 10¹¹ N, in steps from {h[0]:g} to {h[-1]:.2g} s, of
-        {SPAN:g} s or {MOST_STEPS} steps: where errors along the bar are predicted to grow by 1 % of the energy, from
-        the turning of the bar alone, before any run, and where runs fail (gain more than 1 %, blow up, or have no
-        solution). Both agree in {100 * share:.1f} % of {len(found)} runs; of those predicted to fail
-        {100 * failed:.1f} % do.""",
+        {SPAN:g} s or {MOST_STEPS} steps: where errors along the bar are predicted to grow by 1 % of the energy, or the
+        first steps to gain as much, from the turning of the bar alone, before any run, and where runs fail (gain more
+        than 1 %, blow up, or have no solution). Both agree in {100 * share:.1f} % of {len(found)} runs; of those
+        predicted to fail {100 * failed:.1f} % do.""",
     )  # fmt: skip
     return found
 
