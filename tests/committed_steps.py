@@ -13,7 +13,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from declared_steps import Marcher, System
+from declared_steps import Marcher, System, later
 from scipy.optimize import brentq
 from substep_derive import Scheme
 from substep_derive.declare.symbols import N, f, knot, knot_of, lattice
@@ -27,11 +27,6 @@ u1, v1, a1 = knot(1)
 def lag(symbol: Symbol) -> float:
     """When the symbol of a state is, in steps after t_n: -1 for u_-1."""
     return float(lattice((knot_of(symbol) or ("", "0"))[1]) or 0)
-
-
-def successor(symbol: Symbol) -> Symbol:
-    """The symbol of the same kind a step later."""
-    return Symbol(f"{symbol.name[0]}_{(lattice((knot_of(symbol) or ('', '0'))[1]) or 0) + 1}")
 
 
 @dataclass(frozen=True)
@@ -226,5 +221,5 @@ def history(
         x, memory, row = stepper.step(state, rows[-1][0], kept[-1], i * h)
         rows.append(row)
         kept.append(memory)
-        state = np.array([x[successor(s)] for s in scheme.state])
+        state = np.array([x[later(s)] for s in scheme.state])
     return np.array(rows), kept

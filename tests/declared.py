@@ -3,15 +3,58 @@
 from collections.abc import Iterator
 from fractions import Fraction
 from functools import cache
+from typing import Any
 
 import numpy as np
 from oracle import entry, sample_parameters
 from substep_derive import Derivation, Scheme, derive
 from substep_derive.declare.parameter import Root
 from substep_derive.declare.schemes import ALL
+from substep_derive.declare.symbols import K0, C, M, N, N_discrete, knot, knot_of
 from substep_derive.package import SCHEMES_ON_FIRST_USE
 from substep_kernels.index import SCHEMES as INDEX
-from sympy import Poly, Rational, Symbol, real_roots
+from sympy import Integer, Poly, Rational, Symbol, real_roots
+
+
+def _reads(scheme: Scheme, *matrices: Symbol) -> bool:
+    """Whether a relation or a balance has one of these in it."""
+    balances = (e for b in scheme.balances for e in (b.inertia, b.damping, b.force))
+    return any(e.has(*matrices) for e in (*scheme.relations.values(), *balances))
+
+
+def _starts_with(scheme: Scheme, *matrices: Symbol) -> bool:
+    """Whether the state at t = 0 is found with one of these."""
+    return isinstance(scheme.start, dict) and any(e.has(*matrices) for e in scheme.start.values())
+
+
+def explicit(scheme: Scheme) -> bool:
+    """Whether the force of each balance is at displacements that are known before its acceleration is.
+
+    They become known by relations in what is known, and by the new acceleration of each balance in turn.
+    """
+    unknown = set(scheme.unknowns)
+
+    def known(e: Any) -> bool:
+        return not e.free_symbols & unknown
+
+    for b in scheme.balances:
+        for _ in scheme.relations:  # as one may need another
+            unknown -= {s for s, e in scheme.relations.items() if known(e)}
+        if not all(map(known, b.force.atoms(N, N_discrete))):
+            return False
+        unknown -= b.inertia.free_symbols
+    return True
+
+
+def mixes_otherwise(scheme: Scheme) -> bool:
+    """Whether a balance takes the force at several knots, and the velocities of these with other weights."""
+    for b in scheme.balances:
+        weights = {force.args[0]: b.force.coeff(force) for force in b.force.expand().atoms(N)}
+        velocities = {knot((knot_of(u) or ("", ""))[1]).v: w for u, w in weights.items() if u.is_Symbol}
+        if len(weights) > 1 and (sum((w * v for v, w in velocities.items()), Integer(0)) - b.damping).expand() != 0:
+            return True
+    return False
+
 
 BY_NAME = {scheme.name: scheme for scheme in ALL}
 NAMES = tuple(BY_NAME)
@@ -19,6 +62,9 @@ OWN = {name: s for name, s in BY_NAME.items() if s.parent is None}  # schemes wi
 TOGETHER = tuple(name for name in NAMES if INDEX[name].get("together"))  # deriving it takes 10 s
 ONE_BY_ONE = tuple(s for name, s in BY_NAME.items() if name not in TOGETHER)
 COMMITTED = tuple(name for name in OWN if name not in SCHEMES_ON_FIRST_USE)
+# whose step takes the stiffness at its start, and which takes that, M or C as matrices, there or in the first step
+OF_STIFFNESS = tuple(name for name, s in BY_NAME.items() if _reads(s, K0))
+OF_MATRICES = tuple(name for name, s in BY_NAME.items() if _reads(s, K0, M, C) or _starts_with(s, M, C))
 UNDAMPED = tuple(name for name, s in BY_NAME.items() if not s.takes_damping)  # schemes for u'' = g(t, u)
 
 # schemes that share another's linear step

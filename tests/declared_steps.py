@@ -8,6 +8,7 @@ linear system is exact at once.
 import numbers
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cache
 from typing import Any
 
@@ -19,6 +20,12 @@ from sympy import Dummy, Expr, Symbol, fraction, lambdify, together
 
 Array = Any  # of floats, or of mpmath's numbers with dtype object
 u0, v0, a0 = KNOWN = knot(0)
+
+
+def later(symbol: Symbol) -> Symbol:
+    """The symbol of a state a step later: u_0 of u_-1, and v_1:rate of v_0:rate."""
+    number, *name = symbol.name[2:].split(":")
+    return Symbol(":".join([f"{symbol.name[0]}_{Fraction(number) + 1}", *name]))
 
 
 @dataclass(frozen=True)
@@ -230,7 +237,7 @@ class Marcher:
 
     def after(self, x: Mapping[Symbol, Array]) -> dict[Symbol, Array]:
         """The state of the next step."""
-        return {s: x[Symbol(f"{s.name[0]}_{lattice(knot_of(s)[1]) + 1}")] for s in self.state}  # type: ignore[operator, index]
+        return {s: x[later(s)] for s in self.state}
 
 
 def march(

@@ -26,14 +26,16 @@ class FurtherSteps:
     now: Any
     balance: Any
 
-    def _effective(self):
+    def _effective(self, b=1 / 4, g=1 / 2):
         m, c, k = self.s.mass, self.s.damping, self.s.tangent(self.rows[0].u)
-        return m, c, m + self.h / 2 * c + self.h**2 / 4 * k
+        return m, c, m + g * self.h * c + b * self.h**2 * k
 
     def chang(self, p):
-        (_, h, _, u0, v0, a0), (m, c, d) = self.now(), self._effective()
-        u1 = u0 + h * solve(d, (m + h / 2 * c) @ v0) + h**2 / 2 * solve(d, m @ a0)
-        return self.balance(1, Line(u1, 0.0, v0 + h / 2 * a0, h / 2))
+        """Newmark's displacement as if the structure were linear, which makes it known, and his velocity."""
+        (_, h, _, u0, v0, a0), b, g = self.now(), p.beta, p.gamma
+        m, c, d = self._effective(b, g)
+        u1 = u0 + solve(d, (m + g * h * c) @ (h * v0) + h**2 * (m / 2 + (g / 2 - b) * h * c) @ a0)
+        return self.balance(1, Line(u1, 0.0, v0 + (1 - g) * h * a0, g * h))
 
     def chen_ricles(self, p):
         (s, h, t, u0, v0, a0), (m, _, d) = self.now(), self._effective()

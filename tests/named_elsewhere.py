@@ -119,3 +119,23 @@ def explicit_hht() -> Scheme:
             ),
         ),
     )
+
+
+def discontinuous_galerkin_p2_p1(radau: bool = False) -> Scheme:
+    """Hulbert (1992): displacements of degree 2, velocities of degree 1; both may jump at t_n.
+
+    Against K the displacement's equation is met by the integral of the velocity, so that it does not jump. That of the
+    velocity is taken against 1 and 2 s by Simpson's quadrature, exact for linear forces, or by Radau's of two points.
+    """
+    vp, um, third = knot("p").v, knot("m").u, Rational(1, 3)
+    at, inner, last = (third, half, half) if radau else (half, 2 * third, third)  # an instant, weights against 2 s
+    forces = (3 * N(um) + N(u1)) / 4 if radau else (N(u0) + 4 * N(um) + N(u1)) / 6
+    loads = (3 * f(third) + f(1)) / 4 if radau else (f(0) + 4 * f(half) + f(1)) / 6
+    return Scheme(
+        "discontinuous_galerkin_p2_p1",
+        relations={um: u0 + h * (at * vp + at**2 / 2 * (v1 - vp)), u1: u0 + h * (vp + v1) / 2},
+        balances=(
+            Balance((v1 - v0) / h, (vp + v1) / 2, forces, loads),
+            Balance((v1 - vp) / h, (vp + 2 * v1) / 3, inner * N(um) + last * N(u1), inner * f(at) + last * f(1)),
+        ),
+    )

@@ -98,6 +98,7 @@ class Run(FurtherSteps, PredictorSteps):
         self.kind = float if isinstance(h, float) else type(h)  # of all numbers
         self.lag = None  # v(t_n) - lag a_n is what the rows hold as v
         u, v, a = given
+        self.auxiliary = {"rate": v, "weighted": a}  # what schemes carry besides, from their starts on
         if name == "central_difference_lagged":  # v_{n-1/2}
             self.lag = h / 2 * np.eye(len(u))
             v_half = v - self.lag @ s.acceleration(u, v, 0.0)

@@ -22,6 +22,8 @@ USUAL = "u h*v h^2*a"
 STATES = {  # of schemes that carry something else from step to step
     **dict.fromkeys(("forward_euler", "rk2", "rk4", "backward_euler", "energy_momentum", "theta_method",
                      "discontinuous_galerkin_p1", "ss22"), "u h*v"),
+    "first_order_generalized_alpha": f"{USUAL} h*rate",
+    "arnold_bruels": f"{USUAL} h^2*weighted",
     "central_difference_lagged": "u h*v[-1/2]",
     "houbolt": "u u[-1] u[-2]",
     **dict.fromkeys(("park", "bdf3"), "u h*v u[-1] h*v[-1] u[-2] h*v[-2]"),
@@ -42,7 +44,8 @@ PARAMETERS = {  # of schemes that take some; others of theirs follow from these
     "kim_two_stage": "gamma_t", "three_substep_third_order": "rho_inf", "four_substep": "rho_inf", "chung_lee": "beta",
     "oess": "rho_inf", "ss22": "theta_1 theta_2", "ss32": "theta_1 theta_2 theta_3",
     "gui_lambda": "lambda_g", "lsrt2": "gamma",
-    "alpha_os": "alpha",
+    "alpha_os": "alpha", "chang": "beta gamma",
+    **dict.fromkeys(("first_order_generalized_alpha", "arnold_bruels"), "rho_inf"),
     "fully_explicit_generalized_alpha": "rho_inf",
     "mkr_alpha": "rho_inf", "trapezoid_trapezoid_backward": "cubic",
     "gsse": "rho_b rho_s", "tarnow_simo": "weight", "bdf_alpha": "alpha",
@@ -69,11 +72,10 @@ class Entry(NamedTuple):
     state: tuple[str, ...]
 
     @property
-    def places(self) -> list[tuple[int, int]]:
-        """Of each entry of the state: 0 for u, 1 for v, 2 for a, and how many steps back."""
-        steps = (re.search(r"\[-(\d+)\]", label) for label in self.state)
-        kinds = (next(k for k, kind in enumerate("uva") if kind in label) for label in self.state)
-        return [(kind, int(found[1]) if found else 0) for kind, found in zip(kinds, steps, strict=True)]
+    def places(self) -> list[tuple[str, int]]:
+        """Of each entry of the state: u, v, a or the name of an auxiliary state, and how many steps back."""
+        words = (re.fullmatch(r"(?:h\*|h\^2\*)?(\w+)(?:\[-(?:1/2|(\d+))\])?", label) for label in self.state)
+        return [(word[1], int(word[2] or 0)) for word in words if word]
 
     def step(
         self, state: Sequence[Number], Omega: Number, xi: Number, params: dict, f: Callable[[Number], Number]
@@ -90,11 +92,12 @@ class Entry(NamedTuple):
         )
         known = dict(zip(self.places, state, strict=True))
         lags = range(max(lag for _, lag in self.places), -1, -1)
-        rows = [Row(*(known.get((kind, lag), 0) * unit[0] for kind in range(3))) for lag in lags]
+        rows = [Row(*(known.get((kind, lag), 0) * unit[0] for kind in "uva")) for lag in lags]
         run = Run(self.name, {key: one * value for key, value in params.items()}, system, one, rows[-1])
-        run.rows = rows
+        run.rows, run.auxiliary = rows, {name: value * unit[0] for (name, _), value in known.items()}
         run.step(self.name)
-        return tuple(rows[-1 - lag][kind][0] for kind, lag in self.places), tuple(x[0] for x in run.reported())
+        new = (rows[-1 - lag]["uva".index(name)] if name in "uva" else run.auxiliary[name] for name, lag in self.places)
+        return tuple(x[0] for x in new), tuple(x[0] for x in run.reported())
 
 
 @cache

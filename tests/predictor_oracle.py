@@ -1,8 +1,8 @@
-"""Schemes that need no tangent where the motion has got to, for the oracle: each step written as its paper has it."""
+"""For the oracle, each step written as its paper has it: schemes that need no tangent, or carry an auxiliary state."""
 
 from typing import Any
 
-from lines import Row, newmark_line, solve
+from lines import Line, Row, newmark_line, solve
 
 
 class PredictorSteps:
@@ -12,6 +12,7 @@ class PredictorSteps:
     rows: list[Any]
     now: Any
     balance: Any
+    auxiliary: dict[str, Any]
 
     def fully_explicit_generalized_alpha(self, p):
         (s, h, t, u0, v0, a0), r = self.now(), p.rho_inf
@@ -48,3 +49,25 @@ class PredictorSteps:
         bent = solve(m, k @ ku + c @ kv)
         lu, lv = stage(vm - g * kv, s.acceleration(um, vm, t + q * h) + g * bent)
         return Row(u0 + lu, v0 + lv, s.acceleration(u0 + lu, v0 + lv, t + h))
+
+    def first_order_generalized_alpha(self, p):
+        """Jansen's scheme for (u, v)' = (v, M^-1(...)); the rate d of u is another one than v."""
+        (_, h, _, u0, v0, a0), r, d0 = self.now(), p.rho_inf, self.auxiliary["rate"]
+        am, af = (3 - r) / (2 * (1 + r)), 1 / (1 + r)
+        g = 0.5 + am - af
+        v_p = v0 + (1 - g) * h * a0
+        d_p, d_c = (af * v_p + (1 - af) * v0 - (1 - am) * d0) / am, af * g * h / am
+        row = self.balance(af, Line(u0 + h * ((1 - g) * d0 + g * d_p), g * h * d_c, v_p, g * h), weights=(am, af))
+        self.auxiliary["rate"] = d_p + d_c * row.a
+        return row
+
+    def arnold_bruels(self, p):
+        """(1 - am) x1 + am x0 = (1 - af) a1 + af a0, Newmark's relations with x, and the balance with a1."""
+        (_, h, _, u0, v0, a0), r, x0 = self.now(), p.rho_inf, self.auxiliary["weighted"]
+        am, af = (2 * r - 1) / (r + 1), r / (r + 1)
+        g = 0.5 + af - am
+        b, x_p, x_c = (g + 0.5) ** 2 / 4, (af * a0 - am * x0) / (1 - am), (1 - af) / (1 - am)
+        known_u, known_v = u0 + h * v0 + h**2 * ((0.5 - b) * x0 + b * x_p), v0 + h * ((1 - g) * x0 + g * x_p)
+        row = self.balance(1, Line(known_u, h**2 * b * x_c, known_v, h * g * x_c))
+        self.auxiliary["weighted"] = x_p + x_c * row.a
+        return row

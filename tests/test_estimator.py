@@ -64,15 +64,19 @@ def test_estimates_tend_to_the_true_local_error(name: str, motion: str) -> None:
         at_default = estimator_at(ParameterSet.of(scheme, None, {}))
         if at_default.order != found.order:  # all over its interval the parameter almost has the higher order
             return  # at the default the runtime's estimate is looked at, in test_estimator_quality
-    # the errors of higher order of the two are large
-    small = scheme.embedded or max(found.order) > 2 or name in ("zhai", "fully_explicit_generalized_alpha")
-    n = 8 if max(found.order) > 5 else 64 if small else 16  # errors of high order would vanish in rounding
-    coarse, fine = (ratios(scheme, parameters(scheme), found, oscillation, Rational(1, k), steps=k) for k in (n, 2 * n))
-    for far, near, estimate in zip(coarse, fine, (found.displacement, found.velocity), strict=True):
-        if on_linear(estimate.leading) == 0:  # of lower order on nonlinear equations, for which it is an estimate
-            continue
-        assert abs(near - 1) < max(abs(far - 1) * 0.65, 5e-3), (far, near)
-        assert abs(near - 1) < 1 / 3
+    quotients = []
+    # errors of high order would vanish in rounding; where terms of higher order are large, steps are shorter
+    for n in (8,) if max(found.order) > 5 else (64,) if scheme.embedded or max(found.order) > 2 else (16, 64):
+        pairs = zip(
+            *(ratios(scheme, parameters(scheme), found, oscillation, Rational(1, k), steps=k) for k in (n, 2 * n)),
+            (found.displacement, found.velocity),
+            strict=True,
+        )
+        # an estimate of lower order on nonlinear equations is one for these
+        quotients = [(far, near) for far, near, e in pairs if on_linear(e.leading) != 0]
+        if all(abs(near - 1) < min(1 / 3, max(abs(far - 1) * 0.65, 5e-3)) for far, near in quotients):
+            return
+    raise AssertionError(quotients)
 
 
 @pytest.mark.parametrize("name", ["average_acceleration", "linear_acceleration", "rk2", "energy_momentum"])

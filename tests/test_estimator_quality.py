@@ -108,7 +108,7 @@ def test_the_runtime_agrees_with_the_closed_form() -> None:
 def test_filtered_estimates_vanish_on_stiff_components(name: str) -> None:
     """The growth that is derived, in numbers: each row of the filtered estimate, in the scale of its state, falls."""
     entry = facade.estimator_entry(name)
-    scales = [{"u": 0, "v": 1, "a": 2}[label.split("*")[-1][0]] for label in ss.scheme(name).state]
+    scales = [kind for kind, _ in ss.scheme(name).info.history]
     for own in (0, 1):
         sizes = []
         for x in (1e4, 1e5):

@@ -7,20 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from declared import BY_NAME
+from declared import BY_NAME, OF_STIFFNESS
 from scipy.integrate import solve_ivp
 from substep_kernels.facts import CATALOGUE
 
 import substep as ss
 
 UNDAMPED = [name for name in CATALOGUE if not ss.scheme(name).info.damping]
-OF_COEFFICIENTS = [
-    "kr_alpha",
-    "kr_alpha_plain_start",
-    "chang",
-    "chen_ricles",
-    *("gui_lambda", "mkr_alpha", "alpha_os", "lsrt2"),
-]  # which take C into account at the start only
+OF_COEFFICIENTS = OF_STIFFNESS  # which take C into account at the start only
 M = np.array([[2.0, 0.3], [0.3, 1.0]])
 K = np.array([[12.0, -4.0], [-4.0, 8.0]])
 C = np.array([[0.6, -0.2], [-0.2, 0.3]])

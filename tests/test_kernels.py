@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from declared import BY_NAME, TOGETHER, UNDAMPED, random_parameters
+from declared import BY_NAME, TOGETHER, UNDAMPED, explicit, random_parameters
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_kernels import SCENE_BY_NAME, gate_pairs, motion, plain, text, variant
@@ -21,23 +21,7 @@ import substep as ss
 from substep.core.response import STATUSES
 from substep.marching import scene_lanes
 
-EXPLICIT = {
-    *("forward_euler", "central_difference", "central_difference_lagged", "rk2", "rk4", "noh_bathe"),
-    *(
-        "tchamwa_wielgosz",
-        "kim_two_stage",
-        "kr_alpha",
-        "kr_alpha_plain_start",
-        "explicit_generalized_alpha",
-        "bogacki_shampine",
-        "dormand_prince",
-        "butcher6",
-        "forest_ruth",
-        *("chang", "chen_ricles", "chung_lee", "zhai", "beeman", "gsse"),
-        *("gui_lambda", "mkr_alpha", "fully_explicit_generalized_alpha", "lsrt2", "alpha_os"),
-        *("suzuki", "yoshida6", "rkn43", "rkn64", "stoermer_extrapolation"),
-    ),
-}
+EXPLICIT = {name for name, scheme in BY_NAME.items() if explicit(scheme)}
 LINEAR = {"linear_oscillator", "bathe_noh", "rigid_pendulum"}
 WITH_TIME = {"bathe_noh"}  # scenes that know the time
 CONTROL = {"state", "bound", "first", "n", "stride", "out", "extremes"}

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from declared import BY_NAME, UNDAMPED
+from declared import BY_NAME, OF_MATRICES, UNDAMPED, mixes_otherwise
 from lagrange_oracle import BY_HAND, equations, generalized_alpha, generalized_alpha_of_forces, marched
 from plain_kernels import text_of, uncompiled
 from scipy.integrate import solve_ivp
@@ -41,15 +41,10 @@ from substep.derived.modules import adaptive_pair, uncommitted_pair
 
 VERIFY = bool(os.environ.get("SUBSTEP_VERIFY"))
 GENERAL = {s.name for s in lagrange.ALL if EquationsOfMotion(s).general}
-# have M, C, K0 in them
-OF_MATRICES = {
-    *("central_difference_lagged", "gholampour", "kr_alpha", "kr_alpha_plain_start", "chang", "chen_ricles"),
-    *("gui_lambda", "mkr_alpha", "alpha_os", "lsrt2"),
-}
 DISCRETE = {"energy_momentum"}
 INTERPOLATED = {"discontinuous_galerkin_p1"}  # takes the force at two knots that its balances move
-MIXED = {"oess", "fully_explicit_generalized_alpha"}  # mixes velocities otherwise than the force
-REFUSED = OF_MATRICES | DISCRETE | INTERPOLATED | MIXED | set(UNDAMPED)  # on a mass that moves
+MIXED = {name for name, s in BY_NAME.items() if mixes_otherwise(s)} - {*OF_MATRICES, *UNDAMPED} - INTERPOLATED
+REFUSED = {*OF_MATRICES} | DISCRETE | INTERPOLATED | MIXED | set(UNDAMPED)  # on a mass that moves
 u, w, k, c, m = symbols("u w k c m")
 q1, q2, q3 = coordinates = symbols("q1:4")
 

@@ -156,9 +156,9 @@ def test_the_filter_finds_the_same_peaks(name: str, monkeypatch: pytest.MonkeyPa
     histories = march_linear(s, o, n, record).out
     expected = np.abs(histories).max(axis=0)
     if found[0] is None or found[1] is None:
-        assert (
-            name in ("chang", "gsse") or max(lag for _, lag in s.history) >= 1 or not within(s)
-        )  # a multi-step scheme
+        # a multi-step scheme, or one with an auxiliary state
+        larger = len(s.state) > 3 or max(lag for _, lag in s.history) >= 1
+        assert name in ("chang", "gsse") or larger or not within(s)
         return
     assert np.allclose(found[1] / expected, 1.0, rtol=0, atol=1e-12)
     assert np.array_equal(found[0], found[1][:1])

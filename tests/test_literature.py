@@ -5,13 +5,13 @@ from typing import Any
 
 import pytest
 from declared import BY_NAME
-from named_elsewhere import MSSTH, explicit_hht, mssth_weights, pefrl, wat2
+from named_elsewhere import MSSTH, discontinuous_galerkin_p2_p1, explicit_hht, mssth_weights, pefrl, wat2
 from substep_derive import Scheme, certify, derive
 from substep_derive.oscillator.evaluation import Evaluation
 from substep_derive.oscillator.order import order_of
 from substep_derive.stability.all_damping import certify_all_damping
 from substep_derive.study.equivalence import MATRIX, SPECTRUM, equivalences
-from sympy import Poly, Rational, Symbol, sqrt
+from sympy import Poly, Rational, Symbol, cancel, integrate, solve, sqrt, symbols
 
 
 @pytest.mark.parametrize(
@@ -48,6 +48,8 @@ def test_structure_dependent_coefficients_that_are_too_soft(scale: str) -> None:
         ("gui_lambda", "chen_ricles", "4", MATRIX),
         ("alpha_os", "hht_alpha", "alpha", MATRIX),
         ("lsrt2", "sdirk2", "gamma", SPECTRUM),
+        ("first_order_generalized_alpha", "oalts", "rho_inf", SPECTRUM),
+        ("chang", "newmark", "beta, gamma", SPECTRUM),
     ],
 )
 def test_which_schemes_they_are(left: str, right: str, values: str, kind: str) -> None:
@@ -102,6 +104,22 @@ def test_orders_of_schemes_that_are_not_ours() -> None:
     assert derive(wat2()).nonlinear.uva == (3, 3, 2)
     assert derive(explicit_hht()).nonlinear.free[:2] == (2, 2)
     assert derive(explicit_hht()).nonlinear.uva == (1, 1, 1)
+
+
+def test_galerkin_with_displacements_of_degree_2() -> None:
+    """Its first moment by hand: of an oscillator without damping, whose displacement at the end is R_11 u_0."""
+    scheme = discontinuous_galerkin_p2_p1()
+    found, w = derive(scheme), Symbol("Omega")
+    assert found.order == found.nonlinear.uva == (3, 3, 3) and found.rho_inf == 1
+    assert all(certify(scheme, xi=xi).stable for xi in ("0", "1/50", "1", "20"))
+    s, p, v = symbols("s p v")
+    u = 1 + integrate(p + s * (v - p), (s, 0, s))  # from u_0 = 1 and h v_0 = 0
+    moments = [v + w**2 * integrate(u, (s, 0, 1)), (v - p) + w**2 * integrate(2 * s * u, (s, 0, 1))]
+    end = u.subs(s, 1).subs(solve(moments, [p, v], dict=True)[0])
+    assert cancel(end - found.A[0, 0].subs("xi", 0)) == 0
+    radau = discontinuous_galerkin_p2_p1(radau=True)
+    (same,) = equivalences((radau, BY_NAME["radau_iia2"]))
+    assert same.kind == MATRIX
 
 
 def test_what_embedded_weights_of_sdirk4_see_of_a_jump() -> None:

@@ -84,8 +84,6 @@ def oracle_history(name: str, s: ss.Scheme, scene: ss.Scene, dt: float, n: int) 
         x = np.array([rows[first - lag][kind] for kind, lag in s.history])
     elif name == "gholampour":
         x = np.array([u, v, a, a - (force(dt) - force(0.0) - 2 * xi * Omega * a - Omega**2 * v)])
-    elif name in ("zhai", "beeman"):
-        x = np.array([u, v, a, a])
     elif name == "central_difference_lagged":
         x = np.array([u, v - (force(0.0) - 2 * xi * Omega * v - Omega**2 * u) / 2])
     elif name == "kr_alpha":
@@ -93,7 +91,7 @@ def oracle_history(name: str, s: ss.Scheme, scene: ss.Scene, dt: float, n: int) 
         g, b = (3 - rho) / (2 * (1 + rho)), 1 / (1 + rho) ** 2
         x = np.array([u, v - g * a / (1 + 2 * g * xi * Omega + b * Omega**2), a])
     else:
-        x = x0[: len(s.state)]
+        x = x0[[kind for kind, _ in s.history]]  # earlier values and auxiliary states begin as those at t = 0
     for i in range(first, n):
         x, reported = entry(other).step(x, Omega, xi, numbers, lambda tau, i=i: force((i + tau) * dt))
         rows.append(np.array(x if name == "kr_alpha_plain_start" else reported, dtype=float))

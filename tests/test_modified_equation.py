@@ -5,7 +5,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from declared import BY_NAME, NAMES, UNDAMPED
+from declared import BY_NAME, NAMES, OF_STIFFNESS, UNDAMPED
 from declared_steps import System, amplification, march, oscillator
 from nonlinear_systems import defaults
 from substep_derive import DeclarationError, ModifiedEquation, ModifiedMotion, Scene, derive, rate
@@ -18,10 +18,6 @@ import substep as ss
 
 x, y = symbols("x y")
 TOP = 5
-READ_START = (  # the tangent stiffness at the start
-    *("kr_alpha", "kr_alpha_plain_start", "chang", "chen_ricles"),
-    *("gui_lambda", "mkr_alpha", "alpha_os", "lsrt2"),
-)
 
 PLANE = Scene(
     "plane_with_cubic_terms",
@@ -170,7 +166,7 @@ def test_a_step_far_from_the_start_is_its_flow(name: str) -> None:
         assert off[1] < 1e-18 or off[0] / off[1] > 2**4.5  # of v, h^(3 + 2)
 
 
-ENERGETIC = [name for name in NAMES if name not in READ_START]
+ENERGETIC = [name for name in NAMES if name not in OF_STIFFNESS]
 
 
 @pytest.mark.parametrize(

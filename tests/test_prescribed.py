@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from declared import OF_STIFFNESS
 from substep_derive import DeclarationError, derive, prescribed
 from substep_derive.constrained.prescribed import Prescribed
 from substep_derive.declare.catalogue import find
@@ -18,11 +19,7 @@ import substep as ss
 
 Array = np.ndarray
 REFUSED = {
-    "kr_alpha": "coefficients from the structure",
-    **dict.fromkeys(
-        ("kr_alpha_plain_start", "chang", "chen_ricles", "gui_lambda", "mkr_alpha", "alpha_os", "lsrt2"),
-        "coefficients from the structure",
-    ),
+    **dict.fromkeys(OF_STIFFNESS, "coefficients from the structure"),
     **dict.fromkeys(("gauss2", "lobatto_iiia3"), "a state that a smooth motion determines"),
     "fully_explicit_generalized_alpha": "internal force at one place that no other one takes it at",
     "discontinuous_galerkin_p1": "to take the internal force at one place",

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from declared import BY_NAME
+from declared import BY_NAME, OF_STIFFNESS
 from substep_derive import DeclarationError, turning
 from sympy import Rational, sqrt
 
@@ -14,10 +14,7 @@ from substep.studies.turning import FARTHEST, FRACTIONS, _of_errors, bar_of, ear
 
 Array = np.ndarray
 Stiffness = Callable[[float], Array]  # K (2, 2) per unit mass at an instant in steps
-REFUSED = (
-    *("energy_momentum", "kr_alpha", "kr_alpha_plain_start", "chang", "chen_ricles"),
-    *("gui_lambda", "mkr_alpha", "alpha_os", "lsrt2"),
-)
+REFUSED = ("energy_momentum", *OF_STIFFNESS)
 STATIC = [s for s in BY_NAME if s not in REFUSED]
 
 

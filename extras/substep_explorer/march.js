@@ -62,15 +62,21 @@ function carriedOut(plan, rows, given, problem) {
         }
         return found;
     };
+    const waiting = []; // combinations of an unknown of a system after the next one
+    const combine = (name, row) => {
+        if (Object.keys(row).every((one) => one in vectors)) vectors[name] = at(row);
+        else waiting.push([name, row]);
+    };
     const begin = (k) => {
         const next = rows.operations.slice(k).find(([kind]) => kind === "solve");
         if (next) next[1].forEach((name, j) => (vectors[name] = { c: new Array(n).fill(0), s: next[1].map((_, i) => Number(i === j)) }));
+        waiting.splice(0).forEach(([name, row]) => combine(name, row));
     };
     let last = given[0];
     begin(0);
     rows.operations.forEach(([kind, names, body], k) => {
         if (kind === "combine") {
-            vectors[names] = at(body);
+            combine(names, body);
             return;
         }
         const displaced = body.flatMap((one) => [...(one.N || []), ...(one.N_discrete || [])]).flatMap((term) => Object.keys(term[term.length - 1]));

@@ -14,7 +14,7 @@ from ..algebra.constant import Constant, constants_of
 from .errors import DeclarationError
 from .names import check_scheme
 from .parameter import Family, Parameter, Root
-from .symbols import K0, C, K_t, M, N, N_discrete, f, h, knot, knot_of, lattice
+from .symbols import K0, NAMED, C, K_t, M, N, N_discrete, auxiliary, f, h, knot, knot_of, lattice
 
 START_KNOT = frozenset(knot(0))
 
@@ -130,12 +130,18 @@ def _symbols(scheme: _Declared) -> None:
                 f"{scheme.name}: expected a knot's label to be text such as 'g' or a whole or fractional number of "
                 f"steps such as 0, -1 or '1/2', got '{at[1]}'; rename the knot"
             )
+        name = auxiliary(symbol)
+        if at is not None and NAMED in at[1] and (lattice(at[1]) is None or not name.isidentifier() or name in "uva"):
+            raise DeclarationError(
+                f"{scheme.name}: expected an auxiliary state at a number of steps from t_n, and its name an identifier "
+                f"other than u, v and a, got '{at[1]}'; write it as knot(0, 'rate').v and knot(1, 'rate').v"
+            )
 
 
 def _canonical(label: str) -> bool:
     """Whether a label that is a number is written in lowest terms, as Fraction prints it; true for any other label."""
     step = lattice(label)
-    return step is None or str(step) == label
+    return step is None or str(step) == label.partition(NAMED)[0]
 
 
 def _constant(scheme: _Declared) -> None:

@@ -2,7 +2,8 @@
 
 A *knot* is a label with its own displacement u, velocity v and acceleration a. A label is never a
 time: Runge-Kutta has two knots at h/2. Labels that are numbers stand for whole steps from t_n
-(0, 1, -1, -1/2, ...), and only they are carried over to the next step.
+(0, 1, -1, -1/2, ...), and only they are carried over to the next step. What a scheme carries beside u, v and a is an
+*auxiliary state*: a second value at such a step, under a name of its own.
 """
 
 from fractions import Fraction
@@ -38,6 +39,9 @@ def acceleration(coordinate: Symbol) -> Symbol:
     return Symbol(f"{coordinate.name}_ddot")
 
 
+NAMED = ":"  # stands in a label before the name of an auxiliary state
+
+
 class Knot(NamedTuple):
     """Displacement, velocity and acceleration at one knot."""
 
@@ -46,9 +50,14 @@ class Knot(NamedTuple):
     a: Symbol
 
 
-def knot(label: str | int) -> Knot:
-    """The knot of that label: symbols u_label, v_label, a_label."""
-    return Knot(*(Symbol(f"{kind}_{label}") for kind in "uva"))
+def knot(label: str | int, name: str = "") -> Knot:
+    """The knot of that label: symbols u_label, v_label, a_label.
+
+    name: makes them auxiliary states at the step of that number. knot(0, "rate").v and knot(1, "rate").v are a second
+    velocity at t_n and at t_n + h, which the next step reads as its own at t_n.
+    """
+    at = f"{label}{NAMED}{name}" if name else label
+    return Knot(*(Symbol(f"{kind}_{at}") for kind in "uva"))
 
 
 def knot_of(symbol: Symbol) -> tuple[str, str] | None:
@@ -60,7 +69,7 @@ def knot_of(symbol: Symbol) -> tuple[str, str] | None:
 def lattice(label: str) -> Fraction | None:
     """The label as a number of steps from t_n, None for a sub-step's or stage's label."""
     try:
-        return Fraction(label)
+        return Fraction(label.partition(NAMED)[0])
     except ValueError:
         return None
 
@@ -77,15 +86,27 @@ def steps_back(symbol: Symbol) -> Fraction:
 
 def successor(symbol: Symbol) -> Symbol:
     """The symbol of the same kind one step later: u_0 for u_-1, v_1/2 for v_-1/2."""
+    return shifted(symbol, 1)
+
+
+def shifted(symbol: Symbol, steps: int) -> Symbol:
+    """The symbol of the same kind, and of the same name, that many steps later."""
     kind, label = knot_of(symbol) or ("", "")
-    return Symbol(f"{kind}_{(lattice(label) or 0) + 1}")
+    _, *name = label.split(NAMED)
+    return getattr(knot(str((lattice(label) or 0) + steps), *name), kind)
+
+
+def auxiliary(symbol: Symbol) -> str:
+    """The name of an auxiliary state, empty for a knot's own u, v or a."""
+    return (knot_of(symbol) or ("", ""))[1].partition(NAMED)[2]
 
 
 def state_label(symbol: Symbol) -> str:
-    """'u', 'h*v', 'h^2*a', with the step in brackets for a symbol of an earlier step."""
+    """'u', 'h*v', 'h^2*a', or the name in place of the letter, with the step in brackets for one of an earlier step."""
     kind, label = knot_of(symbol) or ("", "")
-    scaled = {"u": "u", "v": "h*v", "a": "h^2*a"}[kind]
-    return scaled if label == "0" else f"{scaled}[{label}]"
+    step, _, name = label.partition(NAMED)
+    scaled = {"u": "", "v": "h*", "a": "h^2*"}[kind] + (name or kind)
+    return scaled if step == "0" else f"{scaled}[{step}]"
 
 
 class K_t(Function):

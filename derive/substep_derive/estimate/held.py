@@ -12,7 +12,7 @@ from sympy import Dummy, Expr, Matrix, Symbol, zeros
 
 from ..algebra import rational
 from ..declare.scheme import Scheme
-from ..declare.symbols import C, Knot, M, N, N_discrete, f, knot, knot_of, lattice
+from ..declare.symbols import C, Knot, M, N, N_discrete, f, knot, knot_of, lattice, shifted
 from ..oscillator.amplification import coefficients
 from ..step.step import Step, instants
 
@@ -71,8 +71,7 @@ def _is_force(e: Expr) -> bool:
 def earlier(symbol: Symbol) -> Symbol:
     """The same value of the step before: u_-1 for u_0, u_*g-1 for a sub-step's u_g, a_*start for a_*end."""
     kind, label = knot_of(symbol) or ("", "")
-    step = lattice(label)
-    if step is not None:
-        return Symbol(f"{kind}_{step - 1}")
+    if lattice(label) is not None:
+        return shifted(symbol, -1)
     at_start = Knot(*START)
     return getattr(at_start, kind) if symbol in END else Symbol(f"{kind}_*{label.lstrip('*')}-1")

@@ -37,7 +37,7 @@ from sympy import (
 from ..algebra import rational
 from ..declare.errors import DeclarationError
 from ..declare.scheme import Scheme
-from ..declare.symbols import Omega, kind_of, state_label, steps_back, xi
+from ..declare.symbols import Omega, auxiliary, kind_of, state_label, steps_back, xi
 from .amplification import Amplification
 from .spectrum import live
 
@@ -158,8 +158,9 @@ class Energy:
 
     @property
     def reported(self) -> bool:
-        """Whether the state is what a run reports: no velocity between two steps, or other than the reported one."""
-        return not self.scheme.report and all("/" not in label for label in self.state)
+        """Whether the state is what a run reports: no auxiliary state, nor a velocity that is not the reported one."""
+        own = any("/" in label for label in self.state) or any(map(auxiliary, self.scheme.state))
+        return not self.scheme.report and not own
 
     @property
     def starts_otherwise(self) -> bool:

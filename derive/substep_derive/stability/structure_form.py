@@ -23,7 +23,7 @@ from ..algebra.field_matrices import field_matrix
 from ..algebra.points import RationalPoint, positive_roots, ring_over, simplest_between
 from ..declare.errors import DeclarationError
 from ..declare.parameter_set import ParameterSet
-from ..declare.symbols import K0, C, M, N, N_discrete, Omega, h, kind_of, knot, knot_of, lam, lattice, z
+from ..declare.symbols import K0, C, M, N, N_discrete, Omega, auxiliary, h, kind_of, knot, knot_of, lam, lattice, z
 from ..step.step import Step
 from .hurwitz import Verdict, verdict
 from .structure_storage import storage
@@ -249,7 +249,7 @@ class MultiStepForm:
         if len(rows.balances) != 1 or not _ends_in_balance(rows):
             return None
         labels = {s: lattice((knot_of(s) or ("", ""))[1]) for s in rows.symbols}
-        if any(k is None or k.denominator > 1 for k in labels.values()):
+        if any(k is None or k.denominator > 1 for k in labels.values()) or any(map(auxiliary, rows.step.state)):
             return None
         first = min(k for k in labels.values() if k is not None)
         power = {s: lam ** int(k - first) * z ** kind_of(s) for s, k in labels.items() if k is not None}

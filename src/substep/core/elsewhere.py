@@ -13,8 +13,13 @@ _EXPONENTIAL = (
 )
 _UNREAD = "its formulas were found in no open text and no program"
 WHY: Mapping[str, str] = {
-    "first_order_generalized_alpha jansen_whiting_hulbert generalized_alpha_first_order": (
-        "it is oalts once its rates are eliminated, which then starts otherwise"
+    "discontinuous_galerkin_p2_p1 tdg_p2_p1 p2_p1": (
+        "A-stable and of third order, it does not damp high frequencies, as discontinuous_galerkin_p1 does, and with "
+        "Radau's sums for its integrals it is radau_iia2 on linear structures; a declaration of your own takes it"
+    ),
+    "fung complex_time_step differential_quadrature kim_reddy weighted_residual": (
+        "its tables were not read; by the overview doi 10.1007/s11831-021-09536-3 its order with n unknowns is 2n, or "
+        "2n - 1 with dissipation, as that of gauss2, gauss3, radau_iia2 and radau_iia3 is"
     ),
     "mssth mssth2 mssth_2": "with two sub-steps it is rho_inf_bathe; those of more are mssth3 to mssth5",
     "mssth3 mssth_3": (

@@ -90,8 +90,8 @@ def own_energy(response: Response, modes: int | None = None) -> OwnEnergy:
     energy, parameters = facade.derived(s.info.source).energy, {name: float(x) for name, x in s.parameters.items()}
     if not energy.reported:
         raise ValueError(
-            f"expected a scheme whose runs report its state, for its own energy, got {s.name}, which keeps another "
-            "velocity than that of the end of a step; take another scheme"
+            f"expected a scheme whose runs report its state, for its own energy, got {s.name}, which keeps an "
+            "auxiliary state, or another velocity than that of the end of a step; take another scheme"
         )
     motion = _of_structure(response, modes) if isinstance(response, StructureResponse) else _of_scene(response)
     x, begin = _states(energy.state, motion.rows, h)

@@ -5,7 +5,7 @@ from sympy import Expr, Interval, Rational, Symbol, oo
 from ..parameter import Parameter
 from ..published import Published
 from ..scheme import Balance, Scheme
-from ..symbols import K0, C, M, N, alpha, beta, f, h, knot, phi
+from ..symbols import K0, C, M, N, alpha, beta, f, gamma, h, knot, phi
 from .newmark import average_acceleration
 from .runge_kutta import dormand_prince
 
@@ -18,13 +18,20 @@ psi = Symbol("psi")
 
 _D = M + h * C / 2 + h**2 * K0 / 4
 
+_E = M + gamma * h * C + beta * h**2 * K0
+
+# Newmark's scheme, explicit in u: the paper has beta = 1/4, gamma = 1/2
 chang = Scheme(
     "chang",
-    relations={u1: u0 + h * (M + h * C / 2) / _D * v0 + h**2 / 2 * M / _D * a0, v1: v0 + h / 2 * (a0 + a1)},
+    parameters=(Parameter(beta, Interval(0, oo), Rational(1, 4)), Parameter(gamma, Interval(0, oo), half)),
+    relations={
+        u1: u0 + h * (M + gamma * h * C) / _E * v0 + h**2 * (M / 2 + (gamma / 2 - beta) * h * C) / _E * a0,
+        v1: v0 + h * ((1 - gamma) * a0 + gamma * a1),
+    },
     balances=(Balance.at(end, 1),),
     reference="Chang, J. Eng. Mech. ASCE 128 (2002) 935-942",
     published=Published("Chang (2002)", 2, 1, oo),
-)
+).known_as("explicit_newmark")
 
 chen_ricles = Scheme(
     "chen_ricles",

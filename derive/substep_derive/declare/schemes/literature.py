@@ -8,7 +8,7 @@ from ..published import Published
 from ..scheme import Balance, Scheme
 from ..symbols import K0, C, M, N, f, h, knot, rho_inf
 from ..tableau import tableau
-from .alpha import kolay_ricles
+from .alpha import kolay_ricles, mixed
 from .newmark import average_acceleration
 
 u0, v0, a0 = knot(0)
@@ -186,7 +186,43 @@ sdirk4 = tableau(
     published=Published("Hairer & Wanner, Solving Ordinary Differential Equations II (1996), IV.6", 4, 0, oo),
 )
 
+# the second rate and the second acceleration that these carry are auxiliary states
+_d0, _d1 = knot(0, "rate").v, knot(1, "rate").v
+_m, _w = (3 - rho_inf) / (2 * (1 + rho_inf)), 1 - 1 / (1 + rho_inf)
+_g = 1 - half - _m + 1 / (1 + rho_inf)  # 1 - gamma
+
+first_order_generalized_alpha = Scheme(
+    "first_order_generalized_alpha",
+    parameters=(Parameter(rho_inf, Interval(0, 1), half),),
+    relations={
+        _d1: (mixed(v1, v0, _w) - (1 - _m) * _d0) / _m,
+        u1: u0 + h * mixed(_d1, _d0, _g),
+        v1: v0 + h * mixed(a1, a0, _g),
+    },
+    balances=(Balance(mixed(a1, a0, 1 - _m), mixed(v1, v0, _w), mixed(N(u1), N(u0), _w), f(1 - _w)),),
+    start={_d0: v0},
+    reference="Jansen, Whiting & Hulbert, CMAME 190 (2000) 305-319; Kadapa, Dettmer & Peric, Comput. Struct. (2017)",
+    published=Published("Kadapa, Dettmer & Peric (2017)", 2, rho_inf, oo),
+).known_as("jansen_whiting_hulbert", "generalized_alpha_first_order")
+
+_x0, _x1 = knot(0, "weighted").a, knot(1, "weighted").a
+_m, _w = (2 * rho_inf - 1) / (rho_inf + 1), rho_inf / (rho_inf + 1)
+
+arnold_bruels = Scheme(
+    "arnold_bruels",
+    parameters=(Parameter(rho_inf, Interval(0, 1), Rational(4, 5)),),
+    relations={
+        _x1: (mixed(a1, a0, _w) - _m * _x0) / (1 - _m),
+        u1: u0 + h * v0 + h**2 * mixed(_x1, _x0, 1 - 2 / (1 + rho_inf) ** 2) / 2,
+        v1: v0 + h * mixed(_x1, _x0, half + _m - _w),
+    },
+    balances=(Balance.at(end, 1),),
+    start={_x0: a0},
+    reference="Arnold & Bruels, Multibody Syst. Dyn. 18 (2007) 185-202",
+    published=Published("Arnold & Bruels (2007)", 2, rho_inf, oo),
+).known_as("arnold_bruls", "lie_group_generalized_alpha", "gena")
+
 ALL = (
     *(beeman, oess, ss22, ss32, gsse, gui_lambda, mkr_alpha, trapezoid_trapezoid_backward, tarnow_simo),
-    sdirk4,
+    *(sdirk4, first_order_generalized_alpha, arnold_bruels),
 )

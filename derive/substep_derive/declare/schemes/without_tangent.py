@@ -6,13 +6,13 @@ from ..parameter import Parameter, Root
 from ..published import Published
 from ..scheme import Balance, Scheme
 from ..symbols import K0, C, M, N, alpha, f, gamma, h, knot, rho_inf
-from .alpha import mixed
+from .alpha import mixed, newmark_relations
 
 u0, v0, a0 = knot(0)
 u1, v1, a1 = end = knot(1)
 half = Rational(1, 2)
 _Q = Rational
-_up, _vp, _ap = knot("p")
+_up = knot("p").u
 
 _am = (2 * rho_inf - 1) / (1 + rho_inf)
 _af = _am - half
@@ -28,22 +28,16 @@ fully_explicit_generalized_alpha = Scheme(
 )
 
 _hht_b, _hht_g = (1 - alpha) ** 2 / 4, half - alpha
-
 _soft = K0 * h**2 * _hht_b / M  # M times it: the force from its predictor on, linear in the acceleration
 
 alpha_os = Scheme(
     "alpha_os",
     parameters=(Parameter(alpha, Interval(-_Q(1, 3), 0), -_Q(1, 10)),),
-    relations={
-        _up: u0 + h * v0 + h**2 * (half - _hht_b) * a0,
-        _vp: v0 + h * (1 - _hht_g) * a0,
-        u1: _up + h**2 * _hht_b * a1,
-        v1: _vp + h * _hht_g * a1,
-    },
+    relations={_up: u0 + h * v0 + h**2 * (half - _hht_b) * a0, **newmark_relations(_hht_b, _hht_g)},
     balances=(
         Balance(
-            (1 + (1 + alpha) * (_hht_g * h * C / M + _soft)) * a1 - alpha * _soft * a0,
-            mixed(_vp, v0, -alpha),
+            a1 + (1 + alpha) * _hht_g * h * C / M * a1 + _soft * mixed(a1, a0, -alpha),
+            v0 + (1 + alpha) * (1 - _hht_g) * h * a0,
             mixed(N(_up), N(u0 - _hht_b * h**2 * a0), -alpha),
             mixed(f(1), f(0), -alpha),
         ),
@@ -70,8 +64,6 @@ lsrt2 = Scheme(
     balances=(Balance(_D / M * _am_, _vm, N(_um), f(_middle)), Balance.at(end, 1)),  # D a_m is M times the acceleration
     reference="Bursi, Gonzalez-Buelga, Vulcan, Neild & Wagg, Earthq. Eng. Struct. Dyn. 37 (2008) 339-360",
     published=Published("Bursi and others (2008)", 2, 0, oo),
-).known_as(
-    "lsrt",
-)
+).known_as("lsrt")
 
 ALL = (fully_explicit_generalized_alpha, alpha_os, lsrt2)
