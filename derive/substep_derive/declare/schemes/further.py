@@ -31,7 +31,7 @@ chang = Scheme(
     balances=(Balance.at(end, 1),),
     reference="Chang, J. Eng. Mech. ASCE 128 (2002) 935-942",
     published=Published("Chang (2002)", 2, 1, oo),
-).known_as("explicit_newmark")
+)
 
 chen_ricles = Scheme(
     "chen_ricles",
