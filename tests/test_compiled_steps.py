@@ -117,6 +117,18 @@ def test_a_story_is_that_of_plain_stepping(scheme: str) -> None:
     assert np.abs(r.memory["p"][:, 0] - np.array(kept)).max() <= 1e-11
 
 
+@pytest.mark.parametrize("march", [by_kernel, one_by_one])
+@pytest.mark.parametrize("scheme", ["average_acceleration", "bathe", "wilson_theta", "three_substep"])
+def test_a_step_on_which_all_springs_go_on_yielding_takes_one_iteration(scheme: str, march: Any) -> None:
+    springs = [(B, ss.law("bilinear", k=K, q_y=Q_Y, alpha=0.03))]
+    push = ss.structure(np.diag(M), springs=springs, load=([1.0, 1.0, 1.0], ss.Record(2.0, [4.0, 8.0])))
+    r = march(push, scheme, dt=DT, t_end=2.0, account=False)
+    yielding = (np.diff(r.memory["p"], axis=0) > 0.0).all(axis=1)  # all stories in the whole step, and the one before
+    whole = yielding[1:] & yielding[:-1]
+    assert whole.sum() >= 20
+    assert (r.newton_iterations[1:][whole] == 1).all()
+
+
 @pytest.mark.parametrize("scheme", ["average_acceleration", "bathe", "houbolt", "kr_alpha", "rk4"])
 def test_stretches_of_any_length_are_the_same_to_the_bit(scheme: str, monkeypatch: pytest.MonkeyPatch) -> None:
     s, options = model("hysteretic"), {"dt": DT, "t_end": STEPS * DT, "account": False}

@@ -26,8 +26,10 @@ from .printing import fill, with_banner
 from .scene_module import scene_entry, scene_module
 from .templates.elementary import CALL, CALL_IMPORTS
 from .templates.scheme import BANNER
+from .templates.several_numbers import SEVERAL_NUMBERS
 from .templates.small_matrices import SMALL_MATRICES
 from .templates.spring_march import SPRING_MARCH
+from .templates.spring_newton import SPRING_NEWTON
 from .turning_module import turning_module
 
 
@@ -75,7 +77,9 @@ def turning(scheme: Scheme) -> str:
 
 def spring_march(lanes: int) -> str:
     """Text of the module that marches small structures with springs of laws, so many side by side."""
-    text = fill(SPRING_MARCH, lanes=lanes, imports=CALL_IMPORTS, call=fill(CALL), products=SMALL_MATRICES)
+    products = SEVERAL_NUMBERS + SMALL_MATRICES
+    given = {"imports": CALL_IMPORTS, "call": fill(CALL), "products": products, "newton": SPRING_NEWTON}
+    text = fill(SPRING_MARCH, lanes=lanes, **given)
     return with_banner("substep_derive", text)
 
 

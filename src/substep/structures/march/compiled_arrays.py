@@ -82,8 +82,9 @@ def plan_of(steps: Steps, of_rate: bool, held: bool) -> tuple[tuple[Any, ...], l
     u, v, since = (np.array(x) for x in zip(*commits, strict=True))
     used = np.array([row[:, : s.place].any(axis=1) for row, s in zip(rows, systems, strict=True)])
     return (
-        rows, used, np.array(iterated), np.array(shown), np.array(velocity), _firsts(by_system), forces, slopes,
-        _firsts([[*s.commits, *[None] * (s is systems[-1])] for s in systems]), np.array([u, v]), since,
+        rows, used, np.array(iterated), np.array(shown), np.array([s.begin for s in systems]), np.array(velocity),
+        _firsts(by_system), forces, slopes, _firsts([[*s.commits, *[None] * (s is systems[-1])] for s in systems]),
+        np.array([u, v]), since,
         np.array([_answered(steps, of_rate, k, *commit) for k, commit in enumerate(commits)], np.int64),
         np.array([_first_like(row, steps.report) for row in steps.out], np.int64),
     ), shares  # fmt: skip

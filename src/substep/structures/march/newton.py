@@ -230,9 +230,10 @@ class NonlinearSystem:
         return abs(float(self._displaced()[self.place]))
 
     def _begun(self, X: Array) -> Array:
-        """Where the iteration starts: with that displacement at the last position, if it moves."""
+        """Where the iteration starts: with that displacement, if it moves, at `System.begin` or the last position."""
         row, j = self._displaced(), self.place
-        return (X[0] - combined(row[None, :j], X[:j])[0]) / row[j] if row[j] else np.zeros(X.shape[1])
+        begin = combined(self.system.begin[None, :j], X[:j])[0] if self.internal.remembers else X[0]
+        return (begin - combined(row[None, :j], X[:j])[0]) / row[j] if row[j] else np.zeros(X.shape[1])
 
     def _where(self, X: Array, z: Array) -> list[Array]:
         """Where tangents are taken: for v and displacements."""

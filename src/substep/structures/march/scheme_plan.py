@@ -18,6 +18,7 @@ from ...core.kernel_modules import committed
 from ...core.schemes import Scheme
 
 Row = Mapping[str, float]
+AHEAD = 1e-3  # of a step: how far beyond what was last committed an iteration starts
 
 
 class Force(NamedTuple):
@@ -59,7 +60,10 @@ class System:
     place: of its unknown among the vectors. unknowns: places of those of the systems that are solved together, its own
     alone for most; entries beyond them are 0. balance: whether it is one of the scheme's balances, not a quotient of
     matrices. differences: triples of a discrete gradient between two displacements; loads: pairs (w, tau); commits:
-    where sub-steps end with it. touch: where a reaction acts that it is solved for.
+    where sub-steps end with it. begin: the displacement from which it is iterated where something is remembered: that
+    of the last commit, and a little beyond where the velocity leads, since a spring that has yielded stands at the
+    corner of two branches there, one of which rounding would choose. touch: where a reaction acts that it is solved
+    for.
     """
 
     place: int
@@ -71,6 +75,7 @@ class System:
     differences: tuple[tuple[float, Array, Array], ...]
     loads: tuple[tuple[float, float], ...]
     commits: tuple[Commit, ...]
+    begin: Array
     unknowns: slice
     touch: Touch | None = None
 
@@ -243,6 +248,7 @@ def _steps(
     places = {name: place for place, name in enumerate([*given, *unknowns])}
     rows = dict(zip(places, np.eye(len(places)), strict=True))
     committed = [(rows["u_0"], 0.0)]  # displacements of a step at which what is remembered was committed, and when
+    begin = rows["u_0"] + AHEAD * h * rows.get("v_0", np.zeros(len(places)))
 
     def row(terms: Row) -> Array:
         total = np.zeros(len(places))
@@ -278,19 +284,24 @@ def _steps(
         if kind == "combine":
             rows[name] = row(body)
             continue
+        forces = tuple(force(*term) for term in body.get("N", ()))
+        ended = tuple(commits(body.get("commit", ())))
         systems.append(
             System(
                 len(given) + len(systems),
                 not name.startswith("w_"),
                 *(row(body.get(matrix, {})) for matrix in ("M", "C", "K0")),
-                tuple(force(*term) for term in body.get("N", ())),
+                forces,
                 tuple((float(w), row(old), row(new)) for w, old, new in body.get("N_discrete", ())),
                 tuple((float(w), float(tau)) for w, tau in body.get("f", ())),
-                tuple(commits(body.get("commit", ()))),
+                ended,
+                begin,
                 slice(0),
                 touch(*body["contact"]) if "contact" in body else later(body.get("later")),
             )
         )
+        if ended:
+            begin = ended[-1].u + AHEAD * h * ended[-1].v
     made, reported = (np.reshape([row(r) for r in x.values()], (-1, len(places))) for x in (out, report))
     kinds = np.array([name.startswith("a_") for name in out])
     return Steps(len(given), _grouped(systems), made, reported, rows, h * (1.0 - committed[-1][1]), kinds)
