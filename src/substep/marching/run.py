@@ -33,8 +33,8 @@ from .gained import gained
 from .linear import LinearLanes, march_linear
 from .oscillators import Oscillators
 from .passed_over import passed_over
+from .scene_events import march_to_events
 from .scene_lanes import march_lanes, memory_of, pair_kernels
-from .to_events import march_to_events
 
 if TYPE_CHECKING:
     from ..derived.modules import Declaration

@@ -1,4 +1,4 @@
-"""March a scene with constraints, contacts or friction in chosen steps, which end where what acts changes.
+"""March with constraints, contacts or friction in chosen steps, which end where what acts changes.
 
 The error of a step is what it differs by from two steps of half the length, which are those that count: an estimate
 from accelerations would not say that of reactions. Where the mode of reactions is another one by the end of a step,
@@ -7,8 +7,10 @@ that opens, a body that begins to slide, stops, or turns.
 """
 
 import math
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -16,105 +18,96 @@ from numpy.typing import NDArray
 
 from ..core.arrays import Array
 from ..core.kernel_modules import loaded
-from ..core.loads import ROUNDING, break_points
-from ..core.response import Happening, Response, Statistics, Status
-from ..core.scenes import Scene
+from ..core.loads import ROUNDING
+from ..core.response import Happening, Statistics, Status
 from ..core.schemes import Scheme
-from ..core.state import State
 from ..run.clock import Control
-from .events import BEGINS, Mode, Reacting, Stand, Steps
-from .scene_lanes import memory_of, pair_kernels
+from .events import BEGINS, HIT, Mode, Reacting, Stand, Steps
 
-FIRST = 0.01  # of the time in which the motion goes its scene's length: the first step
+FIRST = 0.01  # of the time in which the motion goes its length: the first step
 
 
-def require_changing(scene: Scene, scheme: Scheme, asked: Control) -> None:
-    """Raises ValueError for a scheme whose step cannot change, for contacts without a restitution, and for a rung."""
-    name, module = scheme.name, pair_kernels(scene, scheme)
+def require_changing(what: str, scheme: Scheme, asked: Control, *, carries: bool, later: bool) -> None:
+    """Raises ValueError for a scheme whose step cannot change, and for a rung; what: the scene, or a structure.
+
+    carries: whether the scheme carries more than u, v, a at t_n; later: whether it holds displacements of the next
+    step.
+    """
     if asked.rung:
         raise ValueError(
-            f"expected no rung on {scene.name}, whose steps end at events and are of any length, got {asked.rung:g}; "
+            f"expected no rung on {what}, whose steps end at events and are of any length, got {asked.rung:g}; "
             "leave it out"
         )
-    if any(lag for _, lag in module.STATE) or scheme.starter is not None or module.START_ARGUMENTS:
+    if carries or scheme.starter is not None:
         raise ValueError(
-            f"expected a scheme whose state is u, v, a at t_n alone where steps change, got {name}, which carries "
-            f"{', '.join(scheme.state)}; give dt, or take a one-step or composite scheme"
+            f"expected a scheme whose state is u, v, a at t_n alone where steps change, got {scheme.name}, which "
+            f"carries {', '.join(scheme.state)}; give dt, or take a one-step or composite scheme"
         )
-    if hasattr(module, "held_first"):
+    if later:
         raise ValueError(
             f"expected a scheme that holds constraints at the displacements of its own step where steps change, got "
-            f"{name}, which holds those of the next; give dt, or take an implicit scheme"
-        )
-    if held := scene.info.held_gaps:
-        raise ValueError(
-            f"expected a restitution of contact '{held[0]}' of {scene.name} where steps end at impacts, which does "
-            "not depend on the phase of an impact in its step; declare Contact(gap, restitution=0), or give dt"
+            f"{scheme.name}, which holds those of the next; give dt, or take an implicit scheme"
         )
 
 
-def march_to_events(
-    scene: Scene, scheme: Scheme, asked: Control, start: tuple[Array, Array, Array], state: State | None, bound: float
-) -> Response:
-    """One run from u, v, a at the start; state: where it goes on from; bound: energy in J before which it stops.
-
-    Raises ValueError as `require_changing`.
-    """
-    require_changing(scene, scheme, asked)
-    memory = scene.memory0 if state is None else memory_of(scene, state)
-    run = _Run(scene, scheme, asked, Stand(asked.t_begin, *start, None, memory), bound)
-    run.march()
-    return run.response(state)
+def needs_restitution(what: str, contact: str, declare: str) -> ValueError:
+    """The error of a contact without a restitution; declare: what to declare."""
+    return ValueError(
+        f"expected a restitution of contact '{contact}' of {what} where steps end at impacts, which does not depend "
+        f"on the phase of an impact in its step; {declare}, or give dt"
+    )
 
 
 @dataclass
-class _Run:
-    """at: where it is; wanted: length of the next step; stands, iterations: what is kept of steps; passed: how many
-    steps in a row have passed over events; before, last: size of the error of the step before, negative for none, and
-    its length.
+class ToEvents(ABC):
+    """A run in such steps. reacting: where it is made; at: where it is; breaks: times at which loads jump or bend.
+
+    wanted: length of the next step; passed: how many steps in a row have passed over events; before, last: size of the
+    error of the step before, negative for none, and its length; iterations, lengths: of the steps that count.
     """
 
-    scene: Scene
-    scheme: Scheme
+    reacting: Reacting
     asked: Control
     at: Stand
-    bound: float
+    breaks: frozenset[float]
     status: Status = "completed"
     rejected: int = 0
     failed: int = 0
     passed: int = 0
     before: float = -1.0
     last: float = math.nan
-    stands: list[Stand] = field(default_factory=list[Stand])
     iterations: list[NDArray[np.int64]] = field(default_factory=list[NDArray[np.int64]])
     happenings: list[Happening] = field(default_factory=list[Happening])
     lengths: list[float] = field(default_factory=list[float])
 
     def __post_init__(self) -> None:
-        asked, length, (t, _, v, a, *_) = self.asked, self.scene.length, self.at
-        assert a is not None
-        speed = max(float(np.abs(v).max()), math.sqrt(length * float(np.abs(a).max())))
-        speed = speed or length / (asked.t_end - t)
-        self.reacting = Reacting(self.scene, self.scheme, max(asked.rtol, asked.atol_u / length), speed)
-        first = asked.dt_first or min(FIRST * length / speed, 0.1 * (asked.t_end - t))
+        asked, reacting, t = self.asked, self.reacting, self.at.t
+        first = asked.dt_first or min(FIRST * reacting.length / reacting.speed, 0.1 * (asked.t_end - t))
         self.wanted = min(max(first, asked.dt_min), asked.dt_max)
-        self.power = 0.5 / (min(self.scheme.order[:2] if self.scheme.order else (1,)) + 1)
-        breaks = np.empty(0) if self.scene.load is None else break_points(self.scene.load, asked.t_end)
-        self.breaks = set(breaks.tolist())
+        order = reacting.scheme.order
+        self.power = 0.5 / (min(order[:2] if order else (1,)) + 1)
         grid = np.empty(0) if asked.grid is None else asked.grid
-        ahead = np.union1d(np.append(breaks, asked.t_end), grid)
+        ahead = np.union1d([*self.breaks, asked.t_end], grid)
         self.targets: list[float] = ahead[ahead > t * (1.0 + ROUNDING)].tolist()
         self._look()
-        self._store(self.at)
-        self.mode: Mode | None = self.reacting.mode(self.at)
+        self.mode: Mode | None = reacting.mode(self.at)
+
+    @abstractmethod
+    def errors(self, one: Stand, end: Stand) -> Array:
+        """The errors of u and v at the end of a step, over their scales, where one and two steps lead."""
+
+    def beyond(self, made: Steps) -> bool:
+        """Whether the energy is beyond a bound in some steps."""
+        del made
+        return False
 
     @cached_property
     def control(self) -> Any:
         """How lengths follow from errors: as of other chosen steps."""
         return loaded("shared.step_control")
 
-    def march(self) -> None:
-        """Make steps up to the end, or to one that cannot be made."""
+    def march(self) -> Iterator[Steps]:
+        """The steps that count, up to the end, or to one that cannot be made."""
         asked = self.asked
         while self.at.t < asked.t_end and self.status == "completed":
             least = max(asked.dt_min, self.reacting.least, 1.1e-15 * abs(self.at.t))
@@ -122,9 +115,9 @@ class _Run:
                 self.status = "step_too_small"
             else:
                 longest, left = min(self.wanted, asked.dt_max), self.targets[0] - self.at.t
-                self._step(self.mode, *self.control._reaching(longest, left))
+                yield from self._step(self.mode, *self.control._reaching(longest, left))
 
-    def _step(self, mode: Mode, h: float, landing: bool) -> None:
+    def _step(self, mode: Mode, h: float, landing: bool) -> Iterator[Steps]:
         """Make a step of h, as two of half of it, or what of it is before an event, and pass over that."""
         made = self.reacting.steps(self.at, 0.5 * h, 2, mode)
         if isinstance(made, str):
@@ -140,15 +133,19 @@ class _Run:
                 self._reject(self.control._shorter(h, size, self.power))
                 return
             assert not isinstance(made, str)
-            if not self._accept(made, mode, landing=landing):
+            yield from self._accepted(made, mode, landing=landing)
+            if self.status != "completed":
                 return
             low = self.control._kept_from(0.0, self.power)
             wanted = self.control._next(h, self.wanted, size, self.before, self.last, low, 0.0, self.power, True)
             self.wanted, self.before, self.last, self.passed = wanted, size, h, 0
         if event:
-            self._pass(mode)
+            yield from self._pass(mode)
         elif landing:
             self.mode = self.reacting.mode(self.at)  # another one where the load jumps
+            if self.mode is not None:
+                within = tuple(x % HIT for x in self.mode)
+                self.happenings += self.reacting.happened(self.at.t, mode, within, self.mode)
 
     def _until(self, h: float, mode: Mode) -> float:
         """How long the mode stays, of a step of h in which it changes; 0 if not at all."""
@@ -160,7 +157,7 @@ class _Run:
                 low = middle
         return low
 
-    def _pass(self, before: Mode) -> None:
+    def _pass(self, before: Mode) -> Iterator[Steps]:
         """Make a short step over an event, and a longer one where the one before has been over an event too."""
         left, short = self.targets[0] - self.at.t, self.reacting.moment(self.at.t)
         h = min(short * 2.0**self.passed, max(short, self.wanted), left)
@@ -170,7 +167,8 @@ class _Run:
             return
         (within,) = self.reacting.modes(made, BEGINS)
         self.mode = after = self.reacting.mode(made.stands[-1])
-        if self._accept(made, after or within, landing=h == left):
+        yield from self._accepted(made, after or within, landing=h == left)
+        if self.status == "completed":
             self.passed, self.before = self.passed + 1, -1.0
             self.happenings += self.reacting.happened(self.at.t, before, within, after or within)
 
@@ -181,37 +179,23 @@ class _Run:
         """The mean of the squares of the errors over their scales, of u and v at the end of two steps."""
         if isinstance(whole, str) or isinstance(made, str):
             return math.inf
-        asked, one, end = self.asked, whole.stands[-1], made.stands[-1]
-        fast = max(self.reacting.speed, float(np.abs(end.v).max()))
-        found = list[Array]()
-        for x, old, new, base in (
-            (one.u, self.at.u, end.u, asked.atol_u), (one.v, self.at.v, end.v, asked.atol_v + asked.share_v * fast)
-        ):  # fmt: skip
-            found.append((new - x) / (base + asked.rtol * np.maximum(np.abs(old), np.abs(new))))
-        return float(np.mean(np.square(found)))
+        return float(np.mean(np.square(self.errors(whole.stands[-1], made.stands[-1]))))
 
-    def _accept(self, made: Steps, mode: Mode, *, landing: bool) -> bool:
-        """Go on from the end of some steps, unless the energy is beyond the bound."""
-        t = np.array([x.t for x in made.stands])
-        u, v, memory = (np.array([x[k] for x in made.stands]) for k in (1, 2, 5))
-        if (self.scene.energy(t, u, v, memory) > self.bound).any():
+    def _accepted(self, made: Steps, mode: Mode, *, landing: bool) -> Iterator[Steps]:
+        """Some steps, from the end of which the run goes on, unless the energy is beyond the bound."""
+        if self.beyond(made):
             self.status = "energy_bound"
-            return False
+            return
         *within, end = made.stands
         end = self.reacting.held(end._replace(t=self.targets[0]) if landing else end, mode)
         self.lengths += np.diff([self.at.t, *(x.t for x in within), end.t]).tolist()
         self.iterations += list(made.iterations)
-        self.reacting.speed = max(self.reacting.speed, float(np.abs(v).max()))
+        fastest = max(float(np.abs(x.v).max()) for x in made.stands)
+        self.reacting.speed = max(self.reacting.speed, fastest)
         self.at = end
-        for stand in (*within, end):
-            self._store(stand)
+        yield made._replace(stands=(*within, end))
         if landing:
             self._cross(self.targets.pop(0))
-        return True
-
-    def _store(self, at: Stand) -> None:
-        if self.asked.grid is None or at.t in self.asked.grid:
-            self.stands.append(at)
 
     def _look(self) -> None:
         """Take the load as it is up to the next of its break points."""
@@ -222,30 +206,19 @@ class _Run:
         """Go on behind a break point of the load: where it jumps, the acceleration that is carried jumps with it."""
         if t not in self.breaks:
             return
-        at = np.array([t]), self.at.u[None], self.at.v[None], self.at.memory[None]
-        old = self.reacting.loaded.acceleration(*at)[0]
+        old = self.reacting.acceleration(self.at)
         self._look()
-        new = self.reacting.loaded.acceleration(*at)[0]
+        new = self.reacting.acceleration(self.at)
         assert self.at.rows is not None
-        rows = self.at.rows + np.array([[kind == 2] for kind, _ in self.scheme.history]) * (new - old)
+        rows = self.at.rows + np.array([[kind == 2] for kind, _ in self.reacting.scheme.history]) * (new - old)
         self.at = self.at._replace(rows=rows)
 
-    def response(self, started: State | None) -> Response:
-        """What has been kept."""
-        t, u, v, memory = (np.array([x[k] for x in self.stands]) for k in (0, 1, 2, 5))
-        a = None if any(x.a is None for x in self.stands) else np.array([x.a for x in self.stands])
-        made = np.array(self.iterations).reshape(len(self.iterations), self.scheme.balances)
-        cost = Statistics(
+    @property
+    def statistics(self) -> tuple[NDArray[np.int64], Statistics]:
+        """The iterations (n, balances) of the steps that count, and what they have cost."""
+        made = np.array(self.iterations).reshape(len(self.iterations), self.reacting.scheme.balances)
+        return made, Statistics(
             len(made), self.rejected, self.failed, tuple(made.sum(axis=0).tolist()),
             tuple(made.max(axis=0, initial=0).tolist()), min(self.lengths, default=math.nan),
             max(self.lengths, default=math.nan),
-        )  # fmt: skip
-        names, at = self.scene.info.memory, self.at
-        last = partial(
-            State, at.t, at.u, at.v, at.a, dt_next=self.wanted, memory=dict(zip(names, at.memory.tolist(), strict=True))
-        )
-        return Response(
-            u, v, made if self.asked.grid is None else made[:0], self.status,
-            None if self.status == "completed" else at.t + self.wanted, self.scene, self.scheme, math.nan, a, t, cost,
-            started=started, last=last, memories=memory, happenings=tuple(self.happenings),
         )  # fmt: skip

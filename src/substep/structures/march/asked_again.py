@@ -9,7 +9,7 @@ from ..model.internal_force import InternalForce
 from ..model.memory import Memory, Recalled, RememberingForce
 from ..solvers.combine import combined
 from .steps import Run
-from .time_loop import Stretch, Trial
+from .time_loop import Trial
 
 EVERY = 64  # steps; before that after 1, 2, 4, 8, ..
 SAME = 1e-9  # of the largest force so far
@@ -41,9 +41,9 @@ class AskedAgain:
             self._ask(run.time(0), u, v, run.memory)
             self._repeat()
 
-    def after(self, step: Trial | Stretch) -> None:
+    def after(self, step: object) -> None:
         """After a step that counts. Raises ValueError for a force that has answered otherwise."""
-        if self.force is None or isinstance(step, Stretch):
+        if self.force is None or not isinstance(step, Trial):
             return
         self.steps += 1
         self.last: Trial | None = step

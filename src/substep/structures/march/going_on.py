@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -65,7 +66,8 @@ def _behind_jumps(s: Model, t: float, motion: Array, memory: Memory | None) -> A
     for (shape, load), value in zip(s.loads, behind, strict=True):
         if value is not None:
             right += (value - float(values_at(load, np.array([t]))[0])) * shape
-    return s.solve_mass(right)
+    a = s.solve_mass(right)
+    return a + s.pushed_by(s.contacts.multipliers(u, v, a, s.solve_mass), u) if isinstance(s.contacts, Held) else a
 
 
 def _own_rows(state: State, run: Run) -> Array | None:
@@ -145,11 +147,17 @@ def _state(
     here = steps.state(done, u, v, a[0] if a else None)
     if memory is not None and isinstance(structure.internal, RememberingForce):
         here = replace(here, memory=structure.internal.named(memory))
-    if reactions is not None and structure.contacts is not None and structure.contacts.remembered:
-        named = structure.contacts.by_name(reactions[None])
-        kept = {name: x[0] if x.ndim > 1 else float(x[0]) for name, x in named.items()}
-        here = replace(here, memory={**here.memory, **kept})
+    if reactions is not None:
+        here = replace(here, memory={**here.memory, **named_reactions(structure, reactions)})
     if rows is None:
         return here
     history, of = dict(zip(bare(scheme.state), rows, strict=True)), whose(scheme, kind_of(structure))
     return replace(here, history=history, of=of, more=tangent_arrays(tangents))
+
+
+def named_reactions(structure: Model, reactions: Array) -> dict[str, Any]:
+    """The reactions (d,) that a later step takes, by name; none where they are not remembered."""
+    if structure.contacts is None or not structure.contacts.remembered:
+        return {}
+    named = structure.contacts.by_name(reactions[None])
+    return {name: x[0] if x.ndim > 1 else float(x[0]) for name, x in named.items()}

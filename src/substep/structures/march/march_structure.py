@@ -17,6 +17,7 @@ from ...run.schemes import numbers_only
 from ..model.given import Dof
 from ..model.model import Model
 from .asked_again import AskedAgain
+from .event_histories import EventHistories
 from .fixed_steps import FixedSteps
 from .going_on import begun
 from .histories import ChosenHistories, Histories
@@ -27,6 +28,7 @@ from .response import StructureResponse
 from .scheme_plan import step_of
 from .step_control import ChosenSteps
 from .steps import Run
+from .structure_events import EventSteps
 from .time_loop import Clock, steps_taken
 
 ARGUMENTS = ("dt", "t_end", "tol", "start", "dofs", "stride", "account", "save", "progress", "newton", "line_search")
@@ -72,7 +74,9 @@ def march_structure(
     mean square of u, or of v, so far; of u at least that of the static displacement under the largest loads. More about
     them: rtol; atol, of u or of u and v, in their units; dt_first, dt_min, dt_max, s; rung, the ratio of the lengths
     between which steps move, by default the root of 2 where a length has factors of its own. Steps end on t_end and
-    where a load of substep's own jumps or has a kink; each is a row, so that stride and save take dt.
+    where a load of substep's own jumps or has a kink; each is a row, so that stride and save take dt. With contacts,
+    friction or nonlinear constraints the error is what a step differs by from two of half the length, and steps end
+    where what acts changes, as those of scenes: see `happenings` of the response.
 
     start: as for scenes, with u, v, a (N,) of all degrees of freedom, from which the run goes on; the account of energy
     begins there anew. The tangent that coefficients of KR-alpha and Rayleigh damping take stays that at the
@@ -92,9 +96,8 @@ def march_structure(
     scheme = numbers_only(scheme, "substep.sweep takes arrays")
     if tol is not None and (stride != 1 or save is not None):
         raise ValueError("expected stride and save with dt only, got them with tol; keep some dofs, or give dt")
-    for what, given, cure in (("tol=", tol, "give dt"), ("save=", save, "go on from r.state by start=")):
-        if given is not None:
-            require_no_contacts(structure, what, cure)
+    if save is not None:
+        require_no_contacts(structure, "save=", "go on from r.state by start=")
     state = None if start is None else State.given(start, scheme)
     steps = steps_of(dt, tol, t_end, stride=stride, start=state, chosen=chosen)
     require_definite_mass(structure)
@@ -113,14 +116,18 @@ def march_structure(
     if isinstance(steps, Control):
         # atol of u as it was given, else as a share of the largest u so far
         share_u, atol_u = (0.0, steps.atol_u) if "atol" in chosen else (steps.atol_u, 0.0)
-        clock = ChosenSteps(run, replace(steps, atol_u=atol_u), (share_u, steps.share_v))
+        given = run, replace(steps, atol_u=atol_u), (share_u, steps.share_v)
+        if structure.contacts is not None:
+            clock = EventSteps(*given)
+            return _marched(clock, EventHistories(clock, kept, account, state), progress)
+        clock = ChosenSteps(*given)
         return _marched(clock, ChosenHistories(clock, kept, account, state), progress)
     found = Histories(run, steps, kept, account, save, state)
     resumed = found.done, found.state, found.tangents or tangents, found.memory
     return _marched(FixedSteps(run, steps.n, *resumed), found, progress)
 
 
-def _marched(clock: Clock, kept: Histories | ChosenHistories, progress: bool) -> StructureResponse:
+def _marched(clock: Clock, kept: Histories | ChosenHistories | EventHistories, progress: bool) -> StructureResponse:
     """March to the end, or to what ends the run before it, and respond with what was kept until then.
 
     progress: whether to show a bar. An exception of a function of the user's, or of a tangent that is singular, carries
@@ -132,7 +139,7 @@ def _marched(clock: Clock, kept: Histories | ChosenHistories, progress: bool) ->
         with np.errstate(all="ignore"), shown(clock.total, clock.done, progress, "march", clock.unit) as advance:
             done, asked = clock.done, AskedAgain(kept.run)
             for step in steps_taken(clock):
-                kept.add(step)
+                kept.add(step)  # type: ignore[arg-type]
                 asked.after(step)
                 advance(clock.done - done)
                 done = clock.done

@@ -65,16 +65,18 @@ class StructureSteps:
                 return first.rows
         return np.empty((0, self.steps.given))
 
-    def begin(self, X: Array, state: Array, memory: Memory | None = None) -> None:
+    def begin(
+        self, X: Array, state: Array, memory: Memory | None = None, reactions: Array | None = None
+    ) -> None:  # fmt: skip
         """Put the state into X (V, n), and behind it, in the unknowns' places, what the first system takes.
 
-        memory: what the internal force remembers there, by default what the run begins with.
+        memory: what the internal force remembers there, and reactions: those there, by default what the run begins with.
         """
         if self.run.memory is not None:
             self.memories[:] = [self.run.memory if memory is None else memory]
-        if self.run.reactions is not None and (kept := [x for x in self.pressings if x is not None]):
-            u = self.steps.rows["u_0"][: len(state)] @ state
-            kept[-1].resume(self.run.reactions, u)
+        reactions = self.run.reactions if reactions is None else reactions
+        if reactions is not None and (kept := [x for x in self.pressings if x is not None]):
+            kept[-1].resume(reactions, self.steps.rows["u_0"][: len(state)] @ state)
         given = self.steps.given
         X[:given] = state
         combined(self.ahead, X[:given], X[given : given + len(self.ahead)])
