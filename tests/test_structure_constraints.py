@@ -177,8 +177,7 @@ def test_what_takes_no_constraints_says_so() -> None:
         with pytest.raises(ValueError, match="expected"):
             ss.march(double(), name, dt=0.01, t_end=0.1)
     for call in (
-        lambda: ss.march(double(), "bathe", tol=1e-5, t_end=0.1),
-        lambda: ss.sweep(double(), "bathe", dt=[0.01, 0.02], t_end=0.1),
+        lambda: ss.march(double(), "bathe", dt=0.01, t_end=0.1, save="x"),
         lambda: double().modes(2),
     ):
         with pytest.raises(ValueError, match="without constraints"):

@@ -388,12 +388,57 @@ def test_what_is_no_contact_is_refused(given: dict[str, Any], reason: str) -> No
 
 def test_what_does_not_know_contacts_refuses_them() -> None:
     s = falling()
-    for options, reason in (({"tol": 1e-3}, "tol="), ({"dt": 0.01, "save": "x"}, "save=")):
-        with pytest.raises(ValueError, match=f"without contacts for {reason}, got contacts floor"):
-            ss.march(s, "average_acceleration", t_end=1.0, **options)
-    with pytest.raises(ValueError, match="without contacts for a sweep"):
-        ss.sweep(s, "average_acceleration", dt=0.01, t_end=0.1, keep="final", load=[s.loads], progress=False)
+    with pytest.raises(ValueError, match="without contacts for save=, got contacts floor"):
+        ss.march(s, "average_acceleration", t_end=1.0, dt=0.01, save="x")
     with pytest.raises(ValueError, match="without contacts for a critical step"):
         s.critical_step("central_difference")
     with pytest.raises(ValueError, match="gaps of 0 or more"):
         ss.march(s, "average_acceleration", dt=0.01, t_end=0.1, start={"u": [-0.1, 0.4], "v": [0.0, 0.0]})
+
+
+@pytest.mark.parametrize("keep", ["final", "peak", "history"])
+def test_points_of_a_sweep_are_marches(keep: Any) -> None:
+    """Over the step and the restitution; with a friction, beside springs that yield; and a rod."""
+
+    def towed(share: float) -> ss.Structure:
+        return ss.structure(
+            np.eye(2), K * PAIR, v0=[-1.0, -1.0], load=([-G, -G], np.ones_like), contacts={"floor": (np.eye(2), 0.2)},
+            restitution=share, springs=[([1.0, 0.0], ss.law("bilinear", k=10.0, q_y=0.01, alpha=0.1))],
+        )  # fmt: skip
+
+    bodies = [towed(0.2), towed(0.6)]
+    steps, given = [0.005] if keep == "history" else [0.01, 0.005], {"t_end": 0.3, "keep": keep, "progress": False}
+    d = ss.sweep(bodies, "average_acceleration", dt=steps if len(steps) > 1 else steps[0], **given)
+    assert d.contact.values.tolist() == ["floor[0]", "floor[1]"]
+    for body, dt in ((j, h) for j in range(2) for h in steps):
+        r, x = (
+            ss.march(bodies[body], "average_acceleration", dt=dt, t_end=0.3),
+            (d.sel(dt=dt) if len(steps) > 1 else d).isel(structure=body),
+        )
+        assert (r.memory["floor"] > 0.0).any()
+        for name, rows in (("u", r.u), ("reaction", r.memory["floor"]), ("gap", r.gaps["floor"])):
+            wanted = {"final": rows[-1], "peak": np.abs(rows).max(axis=0), "history": rows}[keep]
+            assert np.array_equal(x["peak_" * (keep == "peak") + name], wanted)
+
+
+def test_the_sweep_of_a_rod_and_of_a_friction() -> None:
+    def rod(u: Array) -> tuple[float, Array]:
+        return (u @ u - 1.0) / 2.0, u.copy()
+
+    def held(load: Any) -> ss.Structure:
+        return ss.structure(
+            np.eye(2), np.zeros((2, 2)), u0=[0.0, -1.0], v0=[2.0, 0.0], load=load, constraints={"rod": rod}
+        )
+
+    def rubbed(load: Any) -> ss.Structure:
+        return ss.structure(np.eye(2), np.eye(2), v0=[1.0, 0.0], load=load, friction={"pad": ([1.0, 0.0], 0.1)})
+
+    loads = [([0.0, -k], np.ones_like) for k in (0.5, 1.0)]
+    for made, name, dim in ((held, "rod", "constraint"), (rubbed, "pad", "contact")):
+        given: dict[str, Any] = {"dt": 0.01, "t_end": 0.3}
+        d = ss.sweep(made(()), "generalized_alpha", keep="history", load=loads, progress=False, **given)
+        assert d[dim].values.tolist() == [name]
+        for case, load in enumerate(loads):
+            r = ss.march(made(load), "generalized_alpha", **given)
+            assert np.array_equal(d.u[case], r.u)
+            assert np.array_equal(d.reaction[case, :, 0], r.memory[name])

@@ -44,7 +44,7 @@ def test_a_ball_bounces_when_it_should_and_comes_to_rest(name: str) -> None:
 
 
 def test_a_chain_of_masses_hits_a_stop_as_event_driven_integration_has_it() -> None:
-    """Three masses on springs under a load that jumps, the last of which hits a stop and gives 0.4 of its speed back."""
+    """Three masses on springs under a load that jumps; the last hits a stop and gives 0.4 of its speed back."""
     K, e, stop = 30.0 * np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]]), 0.4, 0.21
     P, jump, t_end = np.array([0.0, 1.0, 1.2]), 0.1, 2.0
     t, x, hits = 0.0, np.zeros(6), list[float]()

@@ -86,7 +86,7 @@ class Reacting(ABC):
 
     @abstractmethod
     def changes_to(self, at: Stand, closed: NDArray[np.intp], wanted: Array) -> Array:
-        """The least changes (d, 2) of u and v by which what `drift` has of closed contacts changes by `wanted` (k, 2)."""
+        """The least changes (d, 2) of u and v that change what `drift` has of closed contacts by `wanted` (k, 2)."""
 
     def moment(self, t: float) -> float:
         """Length of the step that passes over an event at the time t, s."""

@@ -1,12 +1,13 @@
 """A sweep of structures: axes over step, parameters of the scheme, structures, damping, loads, ground motions, scales.
 
 A chunk is one point of the axes that are numbers with one damping, and with all cases of a linear structure, which are
-one block of right-hand sides; where there is an internal force each case is a chunk of its own, as its iteration is.
+one block of right-hand sides; where there is an internal force, or contacts, each case is a chunk of its own, as its
+iteration is.
 Structures with springs of laws are marched by kernels: chunks of them hold many points, which threads share out.
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,25 +19,21 @@ from ..core.arrays import Array, named
 from ..core.device import Device
 from ..core.errors import real_array
 from ..core.loads import Record
-from ..core.response import STATUSES as ENDED
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
 from ..core.threads import spread
 from ..run.axes import RESERVED, Keep, asked
 from ..run.clock import number_of_steps
-from ..structures.march.compiled import CompiledSteps, begun_together, kind_of, loads_side_by_side, takes
-from ..structures.march.fixed_steps import FixedSteps
-from ..structures.march.histories import selection
-from ..structures.march.refusals import require_definite_mass, require_no_contacts, require_suited
+from ..structures.march.going_on import at_start
+from ..structures.march.reacting import suited
+from ..structures.march.refusals import require_definite_mass, require_suited
 from ..structures.march.scheme_plan import step_of
 from ..structures.march.steps import Run
-from ..structures.march.time_loop import Stretch, Trial, steps_taken
 from ..structures.model.given import Dof, loads_of
-from ..structures.model.memory import Memory, Recalled, RememberingForce
+from ..structures.model.memory import RememberingForce
 from ..structures.model.springs import Springs
-from ..structures.solvers.combine import combined
 from ..structures.structure import Structure, damped_by
-from .lanes import largest_moduli
+from .structure_points import LANES, Wanted, kinds_of, marched, side_by_side
 from .sweep_plan import STATUS, Results, SweepPlan, Variable
 
 if TYPE_CHECKING:
@@ -45,11 +42,9 @@ if TYPE_CHECKING:
     from ..derived.modules import Declaration
 
 INNER = ("structure", "damping", "case", "scale")  # dimensions after those of numbers, as far as they are there
-OWN = {"dof", "spring", "elongation", "force", "peak_elongation", "peak_force", *INNER}  # no axis of numbers
-COMPLETED, FAILED, OVERFLOWED = (ENDED.index(name) for name in ("completed", "newton_failed", "non_finite"))
+TOUCHED = ("contact", "constraint", "reaction", "gap", "peak_reaction", "peak_gap")
+OWN = {"dof", "spring", "elongation", "force", "peak_elongation", "peak_force", *TOUCHED, *INNER}  # no axis of numbers
 TOGETHER, STEP = 64, 2000.0  # points with springs in a chunk, and about how many ns one of their steps takes
-LANES, ROWS, WORTH = 16, 256, 1e5  # points that a kernel marches side by side, steps it makes at once, and how many ...
-# ... steps of all points are worth it: the kernel for one point may be compiled already
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -85,13 +80,30 @@ class StructurePlan(SweepPlan):
 
     def piece(self, cluster: bool) -> tuple[int, ...]:
         """One point, with all cases of a linear structure; or many points of structures with springs."""
-        if self.cases[0][0].internal is None:
+        if self.in_block:
             return tuple(size if name in ("case", "scale") else 1 for name, size in self.dims.items())
         room, sizes = 1 if self.springs is None else TOGETHER, list[int]()
         for size in reversed(self.shape):
             sizes.insert(0, min(size, room))
             room //= sizes[0]
         return tuple(sizes)
+
+    @property
+    def in_block(self) -> bool:
+        """Whether all cases are one block of right-hand sides: those of linear structures without reactions."""
+        first = self.cases[0][0]
+        return first.internal is None and first.contacts is None
+
+    @property
+    def touched(self) -> tuple[str, list[str]]:
+        """The dimension of reactions, "contact" or "constraint", and their names, with the row if one has several."""
+        contacts = self.cases[0][0].contacts
+        if contacts is None:
+            return "contact", []
+        found = list[str]()
+        for name, place in contacts.names.items():
+            found += [name] if isinstance(place, int) else [f"{name}[{k}]" for k in range(place.stop - place.start)]
+        return contacts.kind[:-1], found
 
     @property
     def springs(self) -> Springs | None:
@@ -107,12 +119,14 @@ class StructurePlan(SweepPlan):
         """
         scheme, h, _ = self.point(0)
         dof = "dof", len(self.kept)
-        found = dict(self.motion(name, dof) for name in "uva"[: _kinds(scheme, h)])
+        found = dict(self.motion(name, dof) for name in "uva"[: kinds_of(scheme, h)])
         if self.springs is not None:
             spring = "spring", self.springs.size
             found |= dict(self.motion(name, spring) for name in ("elongation", "force"))
             if self.keep == "peak":
                 found["elongation"] = Variable.of(np.float64(np.nan), spring, long_name="elongation at t_end")
+        name, of = self.touched
+        found |= dict(self.motion(x, (name, len(of))) for x in ("reaction", "gap") if of)
         return {**found, "status": STATUS}
 
     @property
@@ -120,6 +134,8 @@ class StructurePlan(SweepPlan):
         """The degrees of freedom, and the factors of ground motions."""
         kind = object if self.cases[0][0].names else np.int64
         found = {"dof": named("dof", np.array(self.kept, dtype=kind), {})}
+        name, of = self.touched
+        found |= {name: named(name, np.array(of, dtype=object), {})} if of else {}
         return found if self.scales is None else {**found, "scale": named("scale", self.scales, {})}
 
     @property
@@ -132,9 +148,10 @@ class StructurePlan(SweepPlan):
         names, count = [name for name in self.variables if name != "status"], last - first
         place, case = divmod(first, len(self.cases[0]))
         scheme, h, cases = self.point(place)
-        if cases[0].internal is None:
+        of = Wanted(self.t_end, self.keep, self.kept, self.springs is not None, math.prod(self.shape))
+        if self.in_block:
             run = Run(cases[0], scheme, h, cases=cases[case : case + count])
-            (table,), status = _marched(run, number_of_steps(h, self.t_end), self)
+            (table,), status = marched(run, number_of_steps(h, self.t_end), of)
             found = dict(zip(names, np.moveaxis(np.moveaxis(table, -1, 0), 1, 0), strict=True))
             return {**found, "status": np.full(count, status, np.int8)}
         rows, status = list[list[Array]]([] for _ in range(count)), np.empty(count, np.int8)
@@ -144,9 +161,9 @@ class StructurePlan(SweepPlan):
             for k in range(begin, end):
                 place, case = divmod(first + k, len(self.cases[0]))
                 scheme, h, cases = self.point(place)
-                runs.append(Run(cases[case], scheme, h))
+                runs.append(at_start(Run(suited(cases[case], step_of(scheme, h)), scheme, h)))
             for k in range(0, end - begin, LANES):
-                for number, (tables, ended) in enumerate(_side_by_side(runs[k : k + LANES], self), begin + k):
+                for number, (tables, ended) in enumerate(side_by_side(runs[k : k + LANES], of), begin + k):
                     rows[number], status[number] = [x for table in tables for x in table], ended
 
         cost = STEP * count * max(self.steps) if self.springs is not None else 0.0
@@ -227,7 +244,6 @@ def planned_structure(
     plan = StructurePlan(**vars(request), cases=cases, inner=inner, scales=factors, kept=tuple(models[0].kept(dofs)))
     for s in models:
         require_definite_mass(s)
-        require_no_contacts(s, "a sweep", "march them one by one")
     plan.steps  # noqa: B018 (raises for an end that is no multiple of a step)
     for one, h, (first, *_) in map(plan.point, range(math.prod(plan.shape) // (len(cases[0])))):
         require_suited(first, one, h)
@@ -235,17 +251,21 @@ def planned_structure(
 
 
 def _alike(given: Structure | Sequence[Structure]) -> list[Structure]:
-    """The structures. Raises ValueError where they are none, or of other degrees of freedom or numbers of springs."""
+    """The structures.
+
+    Raises ValueError where they are none, or of other degrees of freedom, contacts or numbers of springs.
+    """
     models = [given] if isinstance(given, Structure) else list(given)
 
     def size(s: Structure) -> tuple[Any, ...]:
-        force = s.internal
+        force, contacts = s.internal, s.contacts
         springs = force.springs if isinstance(force, RememberingForce) else None
-        return s.T.shape[0], s.names, force is None, 0 if springs is None else springs.size
+        touched = None if contacts is None else [(name, repr(x)) for name, x in contacts.names.items()]
+        return s.T.shape[0], s.names, force is None, 0 if springs is None else springs.size, touched
 
     if not models or not all(isinstance(s, Structure) and size(s) == size(models[0]) for s in models):
         raise ValueError(
-            "expected structures with the same degrees of freedom and as many springs, got "
+            "expected structures with the same degrees of freedom and contacts and as many springs, got "
             f"{'none' if not models else 'others'}; sweep those of each kind by themselves"
         )
     return models
@@ -269,131 +289,3 @@ def _cases(
             raise ValueError("expected direction with ground, got none; give displacements of a unit motion, or names")
         return tuple(s.ground_motion(record, direction) for record in ground)
     return (s,) if load is None else tuple(replace(s, loads=loads_of(s.T, s.names, case)) for case in load)
-
-
-def _kinds(scheme: Scheme, h: float) -> int:
-    """3 where the scheme has an acceleration of its own, else 2: u and v."""
-    return 3 if len(step_of(scheme, h).report) == 3 else 2
-
-
-def _side_by_side(runs: Sequence[Run], plan: StructurePlan) -> list[tuple[list[Array], Any]]:
-    """What `_marched` returns for each run: from one kernel for all, where it takes them and there is much to do."""
-    first, n = runs[0], number_of_steps(runs[0].h, plan.t_end)
-    few = len(runs) < LANES // 4 or n * math.prod(plan.shape) < WORTH
-    if few or first.scheme.starter is not None or not all(map(takes, runs)):
-        return [_marched(run, number_of_steps(run.h, plan.t_end), plan) for run in runs]
-    kind = kind_of(first)
-    if (same := next((k for k, run in enumerate(runs) if kind_of(run) != kind), len(runs))) < len(runs):
-        return _side_by_side(runs[:same], plan) + _side_by_side(runs[same:], plan)
-    begun, strained = begun_together(runs)
-    every = [*begun, *[begun[-1]] * (LANES - len(runs))]
-    select = selection(first.structure, [first.structure.place(dof) for dof in plan.kept])
-    kinds = _kinds(first.scheme, first.h)
-    histories, of = plan.keep == "history", first.structure
-    shown = of.T[[of.place(dof) for dof in plan.kept]] if plan.keep == "peak" else None
-    compiled = CompiledSteps.together(every, ROWS if histories else 1, shown=shown)
-    lanes = compiled.at([run.started() for run in every], [_memory(run) for run in every])
-    lanes.alive[len(runs) :] = False
-    loads = loads_side_by_side(every, n)
-    found, done = [select(np.stack([run.given[:kinds] for run in begun], axis=-1)), strained], 0
-    rows = [np.empty((n + 1, *row.shape)) for row in found] if histories else None
-    for table, row in zip(rows or (), found, strict=rows is not None):
-        table[0] = row
-    peaks = [np.abs(row) for row in found]
-    with np.errstate(all="ignore"):  # in lanes that fail
-        while done < n and lanes.alive.any():
-            last = done + ROWS if histories else n
-            made = compiled.made(lanes, [x[:, done:last] for x in loads])
-            m = len(made.motion)
-            if m == 0:
-                continue
-            moved = made.motion[:, :kinds, :, : len(runs)]
-            moved = select(moved.reshape(-1, *moved.shape[2:])).reshape(m, kinds, -1, len(runs))
-            found = [moved, made.springs[:, :2, :, : len(runs)]]
-            for table, x in zip(rows or (), found, strict=rows is not None):
-                table[done + 1 : done + m + 1] = x
-            done, found = done + made.done, [x[-1] for x in found]
-    if rows is not None:
-        tables = [np.moveaxis(table, 0, 1) for table in rows]
-    elif plan.keep == "peak":
-        peaks = [np.maximum(x, y[..., : len(runs)]) for x, y in zip(peaks, compiled.largest, strict=True)]
-        tables = [peaks[0], np.concatenate([peaks[1], found[1][:1]])]
-    else:
-        tables = found
-    return [
-        ([table[..., k] for table in tables], COMPLETED) if lanes.alive[k] else _marched(run, n, plan)
-        for k, run in enumerate(runs)
-    ]
-
-
-def _memory(run: Run) -> Memory:
-    """What springs remember where a run begins."""
-    assert run.memory is not None
-    return run.memory
-
-
-def _marched(run: Run, n: int, plan: StructurePlan) -> tuple[list[Array], Any]:
-    """Tables of motion (kinds, k) or (kinds, n+1, k), with the axis of cases last where there are any, and a status.
-
-    Another table is of springs: elongations and forces, (2, s) or (2, n+1, s), and of peaks the elongations at the end.
-    """
-    select = selection(run.structure, [run.structure.place(dof) for dof in plan.kept])
-    kinds, springs = _kinds(run.scheme, run.h), plan.springs is not None
-    latest = [select(run.given[:kinds])]
-    if springs:
-        assert run.memory is not None
-        latest.append(_strained(run, run.given, run.memory))
-    rows = [np.full((n + 1, *row.shape), np.nan) for row in latest] if plan.keep == "history" else None
-    for table, row in zip(rows or (), latest, strict=rows is not None):
-        table[0] = row
-    peaks, status = [np.abs(row) for row in latest], COMPLETED
-    clock = FixedSteps(run, n, to_end=True)
-    with np.errstate(all="ignore"):
-        for step in steps_taken(clock):
-            last = clock.done == n
-            if not last and plan.keep == "final":
-                continue
-            made = _motion(run, step, kinds, select, springs=springs)
-            if last:
-                u = step.motion[-1] if isinstance(step, Stretch) else combined(step.march.steps.report[:1], step.X)
-                status = np.where(np.isfinite(u[0].sum(axis=0)), COMPLETED, OVERFLOWED)
-            latest = [x[-1] for x in made]
-            for k, x in enumerate(made):
-                if rows is not None:
-                    rows[k][clock.done - len(x) + 1 : clock.done + 1] = x
-                if plan.keep == "peak":
-                    np.maximum(peaks[k], largest_moduli(np.array(x)[None], np.maximum)[0], out=peaks[k])
-    if rows is not None:
-        found = [np.moveaxis(table, 0, 1) for table in rows]
-    elif plan.keep == "peak":
-        found = peaks if not springs else [peaks[0], np.concatenate([peaks[1], latest[1][:1]])]
-    else:
-        found = latest
-    if clock.status != "completed":
-        status = FAILED
-        found = found if rows is not None else [np.full_like(x, np.nan) for x in found]
-    return [np.where(np.isfinite(x), x, np.nan) for x in found], status
-
-
-def _motion(
-    run: Run, step: Trial | Stretch, kinds: int, select: Callable[[Array], Array], *, springs: bool
-) -> list[Array]:
-    """The rows of both tables of `_marched` after each of the steps, (m, kinds, k) and (m, 2, s)."""
-    if isinstance(step, Stretch):
-        motion = step.motion[:, :kinds]
-        made = select(motion.reshape(-1, motion.shape[-1])).reshape(len(motion), kinds, -1)
-        return [made, step.springs[:, :2]] if springs else [made]
-    rows = combined(step.march.steps.report[:kinds], step.X)
-    if not springs:
-        return [select(rows)[None]]
-    assert step.march.memory is not None
-    return [select(rows)[None], _strained(run, rows, step.march.memory)[None]]
-
-
-def _strained(run: Run, rows: Array, memory: Memory) -> Array:
-    """Elongations and forces (2, s) of springs at u, v, the first of the rows, where the memory was committed."""
-    force = run.structure.internal
-    assert isinstance(force, RememberingForce)
-    found = force.answer(0.0, rows[0], rows[1], Recalled(memory)).of_springs
-    assert found is not None
-    return np.array([found.e, found.force])

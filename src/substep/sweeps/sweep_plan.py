@@ -26,6 +26,7 @@ Results = dict[str, Any]
 NOT_RUN = -1
 MEANINGS = {"u": "displacement", "v": "velocity", "a": "acceleration", "energy": "kinetic energy and potential"}
 OF_LAWS = {"memory": "what laws remember", "elongation": "elongation of springs", "force": "force of springs"}
+OF_LAWS |= {"reaction": "reactions", "gap": "gaps"}
 
 
 class Chunk(NamedTuple):

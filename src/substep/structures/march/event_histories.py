@@ -37,9 +37,7 @@ class EventHistories(Kept):
                 h = x.t - self.times[-1]
                 loads, half = (forces.factors(t, at) for t in (x.t, x.t - 0.5 * h))
                 both, (memory, touched) = np.array([x.u, x.v]), x.memory
-                self.energies = self.energies.after(
-                    self.run.structure, both, x.t, h, loads, half, memory, touched[0]
-                )
+                self.energies = self.energies.after(self.run.structure, both, x.t, h, loads, half, memory, touched[0])
                 self.accounts.append(np.array([self.energies.row]))
             if self.springs is not None and x.memory.memory is not None:
                 self.springs.add(x.t, x.u, x.v, x.memory.memory, kept=True)
@@ -54,9 +52,9 @@ class EventHistories(Kept):
         """The rows so far, and how the march ended."""
         run, march, rows = self.run, self.clock.march, np.array(self.rows)
         counts, cost = march.statistics
-        n, springs = len(rows), self.springs
+        n, springs, failed = len(rows), self.springs, march.at.t + march.wanted
         return StructureResponse(
-            rows[:, 0], rows[:, 1], counts[: n - 1], status, None if status == "completed" else march.at.t + march.wanted,
+            rows[:, 0], rows[:, 1], counts[: n - 1], status, None if status == "completed" else failed,
             run.structure, run.scheme, np.nan, rows[:, 2] if self.kinds == 3 else None, np.array(self.times), cost,
             started=self.started, last=partial(getattr, self.clock, "stands"), happenings=tuple(march.happenings),
             dofs=tuple(self.dofs), account=self.account(n, status, f"steps of up to {cost.longest:.3g}"),

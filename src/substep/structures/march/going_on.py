@@ -34,9 +34,7 @@ def begun(run: Run, steps: ConstantSteps | Control, state: State | None) -> tupl
     """The run from where a state stands, and the tangents that its systems keep there; itself without a state."""
     s = run.structure
     if state is None:
-        if s.contacts is not None:
-            run = replace(run, reactions=s.at_rest(0.0, s.u0, s.v0, s.memory0))
-        return run, ()
+        return at_start(run), ()
     start, remembered = vectors(s, state), memory_of(s, state)
     if s.contacts is not None:
         if not state.of and isinstance(s.contacts, Held):  # a scheme's own velocities drift off by its error
@@ -50,6 +48,12 @@ def begun(run: Run, steps: ConstantSteps | Control, state: State | None) -> tupl
     rows = _own_rows(state, run)
     moved = replace(run, begin=steps.begin._replace(rows=rows), start=start, remembered=remembered)
     return moved, () if rows is None else _tangents(state)
+
+
+def at_start(run: Run) -> Run:
+    """The run with the reactions at the structure's start, where it has any."""
+    s = run.structure
+    return run if s.contacts is None else replace(run, reactions=s.at_rest(0.0, s.u0, s.v0, s.memory0))
 
 
 def _behind_jumps(s: Model, t: float, motion: Array, memory: Memory | None) -> Array:

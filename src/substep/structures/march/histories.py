@@ -83,9 +83,8 @@ class Histories(Kept):
         self.of_springs = np.empty((3, 0))  # what `SpringRows.latest` was after the last step
         self.touched = list[Array]()  # of contacts, reactions and gaps (2, d) in each row
         self.reactions = run.reactions
-        if run.reactions is not None and (contacts := run.structure.contacts) is not None:
-            first = contacts.reported(run.reactions) if isinstance(contacts, Contacts) else run.reactions
-            self.touched.append(np.array([first, contacts.gaps(run.given[0])]))
+        if run.reactions is not None:
+            self.touched.append(run.touched)
         self.iterations = np.zeros((asked.n, run.scheme.balances), np.int64)
         self.state: Array | None = None
         self.last: Trial | None = None

@@ -70,7 +70,7 @@ class StructureSteps:
     ) -> None:  # fmt: skip
         """Put the state into X (V, n), and behind it, in the unknowns' places, what the first system takes.
 
-        memory: what the internal force remembers there, and reactions: those there, by default what the run begins with.
+        memory: what the internal force remembers there; reactions: those there. By default what the run begins with.
         """
         if self.run.memory is not None:
             self.memories[:] = [self.run.memory if memory is None else memory]
@@ -260,6 +260,15 @@ class Run:
             start = np.array([s.u0, s.v0, s.a0])
             return np.repeat(start[..., None], len(self.cases), axis=-1) if self.cases else start
         return np.stack([self._moved(case, 0.0, s.u0, s.v0) for case in self.cases], axis=-1)
+
+    @property
+    def touched(self) -> Array:
+        """Of contacts or constraints the reactions where the steps begin, and the gaps, as they are reported (2, d)."""
+        contacts = self.structure.contacts
+        assert contacts is not None
+        assert self.reactions is not None
+        first = contacts.reported(self.reactions) if isinstance(contacts, Contacts) else self.reactions
+        return np.array([first, contacts.gaps(self.given[0])])
 
     def room(self, steps: Steps) -> Array:
         """Memory for the vectors of a step, (V, n) or (V, n, L)."""

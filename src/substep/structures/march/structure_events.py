@@ -155,10 +155,8 @@ class EventSteps:
         """
         require_events(run.structure, run.scheme, asked)
         u, v, a = run.given
-        assert run.reactions is not None
-        gaps = run.structure.contacts.gaps(u)  # type: ignore[union-attr]
         rows = run.given[[kind for kind, _ in run.scheme.history]]
-        at = Stand(run.time(0), u, v, a, rows, Kept(run.memory, np.array([run.reactions, gaps])))
+        at = Stand(run.time(0), u, v, a, rows, Kept(run.memory, run.touched))
         reacting = OfStructure.of(run, asked, at)
         scales = Scales(asked.rtol, (asked.atol_u, asked.atol_v), shares, [reacting.length, rms(v)])
         breaks = frozenset(reacting.forces.targets[:-1].tolist())
