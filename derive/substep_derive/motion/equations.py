@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import combinations
 
 from sympy import (
     Add,
@@ -13,6 +14,7 @@ from sympy import (
     Symbol,
     cancel,
     diag,
+    eye,
     factor,
     factor_terms,
     nan,
@@ -422,18 +424,23 @@ class EquationsOfMotion:
     def angular_momentum(self) -> Expr | None:
         """Noether's invariant of a rotation that leaves energies and constraints as they are; None if there is none.
 
-        For two coordinates the rotation of their plane, for one that is an angle its shift.
+        Of coordinates in a plane, two or two of more, it is the rotation of the plane; of one that is an angle its shift.
         """
         q, v = self.coordinates, self.scene.rates
         if any(self.held.of_rates):
             return None
         V = [self._whole_potential.subs(self.scene.invariants), *self.held.expressions]
         momenta = self.mass * Matrix(v)
-        if len(q) == 2 and not self.kinetic.free_symbols & set(q):
-            torques = (q[0] * e.diff(q[1]) - q[1] * e.diff(q[0]) for e in V)
-            isotropic = self.mass == diag(self.mass[0, 0], self.mass[0, 0])
-            if isotropic and all(simplify(torque) == 0 for torque in torques):
-                return q[0] * momenta[1] - q[1] * momenta[0]
+        planes = [] if self.kinetic.free_symbols & set(q) else combinations(range(len(q)), 2)
+        for i, j in planes:
+            rows = self.mass[[i, j], :]
+            isotropic = rows[:, [i, j]] == rows[0, i] * eye(2)
+            alone = all(rows[:, k].is_zero_matrix for k in range(len(q)) if k not in (i, j))
+            same = self.scene.coordinates[q[i]] == self.scene.coordinates[q[j]] != "rad" or len(q) == 2
+            if not (isotropic and alone and same):
+                continue
+            if all(simplify(q[i] * e.diff(q[j]) - q[j] * e.diff(q[i])) == 0 for e in V):
+                return q[i] * momenta[j] - q[j] * momenta[i]
         for k, angle in enumerate(q):
             if self.scene.coordinates[angle] == "rad" and not any(e.has(angle) for e in (*V, self.kinetic)):
                 return momenta[k] + self._split[0].diff(v[k])

@@ -124,10 +124,9 @@ class Sided:
 
 
 @dataclass
-class _Run(ToEvents):
+class _Run(ToEvents[OfScene]):
     """bound: energy in J before which it stops; stands: what is kept of steps."""
 
-    reacting: OfScene
     bound: float = math.inf
     stands: list[Stand] = field(default_factory=list[Stand])
 

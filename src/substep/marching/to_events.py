@@ -11,7 +11,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ from ..core.schemes import Scheme
 from ..run.clock import Control
 from .events import BEGINS, HIT, Mode, Reacting, Stand, Steps
 
+R = TypeVar("R", bound=Reacting)
 FIRST = 0.01  # of the time in which the motion goes its length: the first step
 
 
@@ -59,14 +60,14 @@ def needs_restitution(what: str, contact: str, declare: str) -> ValueError:
 
 
 @dataclass
-class ToEvents(ABC):
+class ToEvents(ABC, Generic[R]):
     """A run in such steps. reacting: where it is made; at: where it is; breaks: times at which loads jump or bend.
 
     wanted: length of the next step; passed: how many steps in a row have passed over events; before, last: size of the
     error of the step before, negative for none, and its length; iterations, lengths: of the steps that count.
     """
 
-    reacting: Reacting
+    reacting: R
     asked: Control
     at: Stand
     breaks: frozenset[float]

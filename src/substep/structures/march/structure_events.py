@@ -130,10 +130,9 @@ class OfStructure(Reacting):
 
 
 @dataclass
-class _Run(ToEvents):
+class _Run(ToEvents[OfStructure]):
     """scales: what errors are divided by."""
 
-    reacting: OfStructure
     scales: Scales = None  # type: ignore[assignment]
 
     def errors(self, one: Stand, end: Stand) -> Array:
