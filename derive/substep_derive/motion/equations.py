@@ -424,7 +424,7 @@ class EquationsOfMotion:
     def angular_momentum(self) -> Expr | None:
         """Noether's invariant of a rotation that leaves energies and constraints as they are; None if there is none.
 
-        Of coordinates in a plane, two or two of more, it is the rotation of the plane; of one that is an angle its shift.
+        Of two coordinates, also among more, it is the rotation of their plane; of one that is an angle its shift.
         """
         q, v = self.coordinates, self.scene.rates
         if any(self.held.of_rates):
