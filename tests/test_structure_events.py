@@ -7,8 +7,10 @@ import pytest
 from scipy.integrate import solve_ivp
 from test_constraints import PENDULUM, VERIFY
 from test_events import BOUNCING, FALL, G
+from test_structure_contacts import by_enumeration
 
 import substep as ss
+from substep.structures.examples import plate
 
 Array = np.ndarray
 
@@ -141,3 +143,29 @@ def test_what_cannot_be_taken_is_refused_with_the_reason() -> None:
         ss.march(ball(), "average_acceleration", tol=1e-4, t_end=1.0, rung=2.0)
     with pytest.raises(ValueError, match="without contacts for save="):
         ss.march(ball(), "average_acceleration", dt=0.01, t_end=1.0, save="x")
+
+
+def test_a_plate_by_scikit_fem_comes_to_rest_on_stops_where_statics_has_it() -> None:
+    """Under nodal forces, above two stops of which the nearer one bears: the static problem by trying which do."""
+    pytest.importorskip("skfem")
+    of = plate(4, side=10.0)
+    free = [of.named(k).strip("'") for k in range(of.size)]
+    P = np.array([1.0 if name.startswith("w at") else 0.0 for name in free]) * -2e3
+    nodes = [free.index(f"w at {at}") for at in ("5 5", "2.5 5")]
+    sag, K = np.linalg.solve(of.K.toarray(), P)[nodes], of.K.toarray()
+    rows = np.eye(of.size)[nodes]
+    gaps = -sag * np.array([0.5, 0.9])
+    given: dict[str, Any] = {"load": (P, np.ones_like), "C": ss.rayleigh(0.3, 0.3, at=(15.0, 150.0)), "names": free}
+    s = ss.structure(of.M, of.K, contacts={"stops": (rows, gaps)}, **given)
+    r = ss.march(s, "backward_euler", dt=0.1, t_end=10.0, account=False)
+    W = rows @ np.linalg.solve(K, rows.T)
+    p = by_enumeration(gaps + sag, W)
+    assert (p > 0.0).sum() == 1
+    assert np.allclose(r.memory["stops"][-1], p, rtol=1e-4, atol=1e-4 * p.max())
+    assert np.allclose(r.u[-1], np.linalg.solve(K, P + rows.T @ p), rtol=0.0, atol=1e-5 * np.abs(r.u[-1]).max())
+    s = ss.structure(of.M, of.K, contacts={"stops": (rows, gaps)}, restitution=0.0, **given)
+    hits = ss.march(s, "average_acceleration", tol=1e-2, t_end=0.12)
+    free_motion = ss.march(ss.structure(of.M, of.K, **given), "average_acceleration", dt=0.002, t_end=0.12)
+    gap = gaps[0] + free_motion.u[:, nodes[0]]
+    assert hits.happenings[0].name == "stops"
+    assert hits.happenings[0].t == pytest.approx(np.interp(0.0, -gap[:60], free_motion.t[:60]), rel=2e-3)
