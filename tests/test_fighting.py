@@ -100,14 +100,15 @@ def test_walls_with_room_are_not_blamed_where_friction_is() -> None:
     assert "friction 'drag' presses contact 'floor'" in r.failure
 
 
-def test_a_structure_names_them_alike() -> None:
+@pytest.mark.parametrize("name", ["average_acceleration", "central_difference"])
+def test_a_structure_names_them_alike(name: str) -> None:
     """Where its reactions are not found; those of the rod are, by sticking, so that the failure is put there."""
     c, s = np.cos(ANGLE), np.sin(ANGLE)
     model = ss.structure(
         np.diag([1.0, 1.0, 1 / 3]), np.zeros((3, 3)), names=["x", "y", "phi"], v0=[-SPEED, 0.0, 0.0],
         contacts={"floor": ({"y": 1.0, "phi": -c}, 0.0)}, friction={"drag": ({"x": 1.0, "phi": s}, {"floor": 2.0})},
     )  # fmt: skip
-    r = ss.march(model, "average_acceleration", dt=1e-3, t_end=1e-3)
+    r = ss.march(model, name, dt=1e-3, t_end=1e-3)
     assert r.failure == ""
     found = replace(r, status="newton_failed", t_failed=2e-3).failure
     assert "contact 'floor' (of 'y', 'phi') harder than sliding relieves it, so that G M^-1 (G - mu T)^T is " in found

@@ -154,7 +154,9 @@ class StructureResponse(Response):
     def _acting(self) -> Acting | None:
         """The contacts and frictions in the step that failed, as far as the degrees of freedom were kept."""
         contacts, found = self.structure.contacts, self._contacts_in_rows()
-        if not isinstance(contacts, Contacts) or found is None or self.t_failed is None or contacts.remembered:
+        if not isinstance(contacts, Contacts) or found is None or self.t_failed is None:
+            return None
+        if contacts.remembered and not contacts.sliding.any():  # gaps alone always have reactions
             return None
         d, h, named = len(found.contacts), self.t_failed - float(self.t[-1]), self.structure.named
         ahead = np.fmin(found.gaps[-1], found.gaps[-1] + h * found.rates[-1])
