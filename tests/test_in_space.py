@@ -98,9 +98,9 @@ def test_four_bars_in_a_row_move_as_one_angle(n: int) -> None:
     )  # fmt: skip
     angle = found.y[0, -1]
     assert angle < -0.1  # beyond where all bars are in line
-    assert np.allclose(r.u[-1][: n + 1] - np.arange(n + 1), np.cos(angle), rtol=0.0, atol=3e-3)
-    assert np.allclose(r.u[-1][n + 1 :], np.sin(angle), rtol=0.0, atol=3e-3)
-    assert np.abs(r.energy / r.energy[0] - 1.0).max() < 2e-3
+    assert np.allclose(r.u[-1][: n + 1] - np.arange(n + 1), np.cos(angle), rtol=0.0, atol=5e-4)
+    assert np.allclose(r.u[-1][n + 1 :], np.sin(angle), rtol=0.0, atol=5e-4)
+    assert np.abs(r.energy / r.energy[0] - 1.0).max() < 1e-3
 
 
 TABLE = PAGE[PAGE.index("| largest gain of energy") : PAGE.index("## Constraints that repeat others")]
