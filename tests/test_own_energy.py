@@ -7,9 +7,10 @@ import pytest
 from declared import BY_NAME, NAMES, OF_STIFFNESS, random_parameters
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from substep_derive import DeclarationError
+from substep_derive import DeclarationError, Scene, rate
 from substep_derive.declare.symbols import auxiliary
 from substep_kernels.facts import CATALOGUE
+from sympy import Symbol, exp, log
 from test_constraints import VERIFY
 from test_energy import WITHOUT
 
@@ -179,3 +180,14 @@ def test_on_a_nonlinear_scene_it_is_the_modified_energy(name: str, problem: str)
     assert own.energy[0] == pytest.approx(r.energy[0], rel=0.02)
     left, change = (np.ptp(e[n // 10 :]) for e in (own.energy + own.numerical, r.energy))
     assert left < max(0.1 * change, 1e-14 * n * own.energy[0])
+
+
+@pytest.mark.usefixtures("uncompiled")
+def test_a_power_whose_exponent_moves_is_an_exponential() -> None:
+    u = Symbol("u")
+    given: dict[str, Any] = {"coordinates": {u: "m"}, "parameters": (), "start": {u: 1, rate(u): 0}, "length": 1}
+    wells = [2**u + 2 ** (-u), exp(u * log(2)) + exp(-u * log(2))]
+    scenes = [Scene(f"well{k}", kinetic=rate(u) ** 2 / 2, potential=V, **given) for k, V in enumerate(wells)]
+    owns = [ss.own_energy(ss.march(ss.scene(scene), "bathe", dt=0.05, t_end=2.0)) for scene in scenes]
+    assert np.allclose(owns[0].energy, owns[1].energy, rtol=1e-14)
+    assert np.abs(owns[0].left - owns[0].left[20])[20:].max() < 1e-8

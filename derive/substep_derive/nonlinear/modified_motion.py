@@ -18,8 +18,10 @@ from sympy import (
     Min,
     Piecewise,
     Symbol,
+    exp,
     factorial,
     lambdify,
+    log,
     sign,
     zeros,
 )  # fmt: skip
@@ -119,6 +121,8 @@ class ModifiedMotion:
         A series x is asked for x.value and for x.composed(terms), a function of it with these Taylor coefficients at
         the value. Raises DeclarationError for an expression that bends or jumps.
         """
+        moving = {*self.equations.coordinates, *self.scene.rates}
+        e = e.replace(lambda x: x.is_Pow and x.exp.free_symbols & moving, lambda x: exp(x.exp * log(x.base)))
         functions = e.atoms(Function)
         bent = any(isinstance(f, Abs | Heaviside | Max | Min | Piecewise | sign) for f in functions)
         if bent or not all(type(f).__module__.startswith("sympy.") for f in functions):

@@ -126,11 +126,10 @@ def early_energy(s: Scheme, Omega: Array, tau: Array, steps: Array) -> Array:
 
     Omega, tau (P,): as for `growth`, finite; steps (P,): how many. Motion begins on a bar of its own length, without
     force and acceleration along it; steps before the start are those of steady turning, without either. Equations are
-    linear about the bar that turns steadily, which holds for about a
-    radian. Seen here is what is no growth of errors: that a step stretches the bar at once, since the acceleration at
-    the start is none or the force is taken where the bar is shorter than its length, as at a mixture of displacements
-    or at stages. The change of the turning itself, which is of second order in these forces, is not. NaN where the
-    scheme only reports u or v.
+    linear about the bar that turns steadily, which holds for about a radian. Seen here is what is no growth of errors:
+    that a step stretches the bar at once, since the acceleration at the start is none or the force is taken where the
+    bar is shorter than its length, as at a mixture of displacements or at stages. The change of the turning itself,
+    which is of second order in these forces, is not. NaN where the scheme only reports u or v.
 
     Raises DeclarationError as `growth`.
     """
