@@ -7,7 +7,7 @@ import pytest
 from test_compiled_steps import DT, RECORD, STEEL, B, K, M
 
 import substep as ss
-from substep.sweeps import structure_plan
+from substep.sweeps import structure_plan, structure_points
 
 T_END, SCALES = 1.0, [0.5, 2.0]
 RECORDS = [RECORD, ss.Record(0.1, 3.0 * np.cos(np.arange(12)))]
@@ -25,15 +25,16 @@ def buildings(**options: Any) -> list[ss.Structure]:
 @pytest.fixture
 def apart(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     """Points go side by side, however few their steps are, and some of these at a time; here are those that do not."""
-    monkeypatch.setattr(structure_plan, "WORTH", 0.0)
-    monkeypatch.setattr(structure_plan, "ROWS", 37)
-    marched, found = structure_plan._marched, list[Any]()
+    monkeypatch.setattr(structure_points, "WORTH", 0.0)
+    monkeypatch.setattr(structure_points, "ROWS", 37)
+    marched, found = structure_points.marched, list[Any]()
 
     def seen(run: Any, *given: Any) -> Any:
         found.append(run)
         return marched(run, *given)
 
-    monkeypatch.setattr(structure_plan, "_marched", seen)
+    for module in (structure_plan, structure_points):
+        monkeypatch.setattr(module, "marched", seen)
     return found
 
 
