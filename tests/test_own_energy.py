@@ -140,6 +140,10 @@ def test_what_has_no_account_is_refused() -> None:
     bounce = ss.march(ss.scene("penalty_bounce"), "bathe", dt=0.1, t_end=0.5)
     with pytest.raises(DeclarationError, match="got one that bends or jumps"):
         ss.own_energy(bounce)
+    for scheme in ("bathe", "central_difference"):
+        seldom = ss.march(ss.scene("simple_pendulum", v0=1.5), scheme, dt=0.05, t_end=1.0, stride=5)
+        with pytest.raises(ValueError, match="rows of all 20 steps.*got 4 after the start; march without stride="):
+            ss.own_energy(seldom)
     with pytest.raises(ValueError, match="constant steps"):
         ss.own_energy(ss.march(oscillator("bathe"), "bathe", tol=1e-4, t_end=1.0))
     for stride in (2, 5):

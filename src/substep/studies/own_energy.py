@@ -69,7 +69,7 @@ def own_energy(response: Response, modes: int | None = None) -> OwnEnergy:
 
     Rows of a start by another scheme, or with an acceleration that does not fit the equation of motion, are left out.
     On a nonlinear scene without a load the account is that of the modified energy: see `energy_drift`, which raises
-    what is raised there. Raises ValueError for chosen steps, for rows of some steps only (of a linear model), and
+    what is raised there. Raises ValueError for chosen steps, for rows of some steps only, and
     for a structure that is not linear or not held, whose damping couples modes, or of which not all degrees of freedom
     were kept; DeclarationError for a scheme with two or more spurious eigenvalues, and for a step at which the
     principal pair is real.
@@ -121,6 +121,11 @@ def own_energy(response: Response, modes: int | None = None) -> OwnEnergy:
 
 
 def _of_nonlinear(r: Response) -> OwnEnergy:
+    if len(r.newton_iterations) != len(r.t) - 1:
+        raise ValueError(
+            f"expected rows of all {len(r.newton_iterations)} steps, for the scheme's own energy, got "
+            f"{len(r.t) - 1} after the start; march without stride="
+        )
     found, states = ModifiedEnergy.of(r.scene, r.scheme), np.concatenate([r.u, r.v], axis=1).T
     kept, rates, nothing = found.kept(states), found.rates(states), np.zeros(len(r.t))
     energy = r.energy + sum((r.step**power * x for power, x in kept.items()), nothing)
