@@ -1,6 +1,6 @@
 """Chosen steps that end at events: against exact motions and event-driven integration, and what is refused."""
 
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
@@ -215,6 +215,49 @@ def test_rows_where_they_are_wanted_and_runs_that_go_on() -> None:
     assert (bounded.status, len(bounded.t)) == ("energy_bound", 1)
 
 
+@pytest.mark.parametrize("keep", ["final", "peak", "history"])
+def test_sweeps_in_steps_that_end_at_events_are_the_runs_one_by_one(keep: Any) -> None:
+    """Of balls that have bounced once or not at all, from several heights."""
+    heights, back, grid = [0.5, 1.0, 2.5], [0.0, 0.6], np.linspace(0.0, 0.5, 6)
+    more = {"grid": grid} if keep == "history" else {}
+    found = ss.sweep(
+        "bouncing_ball", "average_acceleration", tol=1e-8, t_end=0.5, keep=keep, u0=heights, restitution=back, **more
+    )
+    for h0, e0 in product(heights, back):
+        run = found.sel(u0=h0, restitution=e0)
+        r = ss.march(
+            ss.scene("bouncing_ball", u0=h0, restitution=e0), "average_acceleration", tol=1e-8, t_end=0.5, **more
+        )
+        assert run["status"] == 0
+        assert r.statistics is not None
+        counts = r.statistics.accepted, r.statistics.rejected
+        assert (run["accepted"].item(), run["rejected"].item()) == counts
+        fall = np.sqrt(2 * h0 / G)
+        bounced = [
+            h0 - G * t**2 / 2 if t < fall else e0 * G * fall * (t - fall) - G * (t - fall) ** 2 / 2 for t in grid
+        ]
+        height = np.maximum(bounced, 0.0)
+        if keep == "history":
+            np.testing.assert_array_equal(run["u"], r.u)
+            np.testing.assert_allclose(run["u"][:, 0], height, atol=1e-6)
+            np.testing.assert_array_equal(run["memory"], r.memories)
+        elif keep == "final":
+            np.testing.assert_array_equal(run["u"], r.u[-1])
+            np.testing.assert_allclose(run["u"][0], height[-1], atol=1e-6)
+        else:
+            np.testing.assert_allclose(run["peak_v"][0], G * min(fall, 0.5), rtol=1e-6)
+            np.testing.assert_allclose(run["peak_energy"], G * h0, rtol=1e-6)
+
+
+def test_sweeps_that_cannot_end_at_events_are_refused_before_any_run() -> None:
+    with pytest.raises(ValueError, match="expected no rung on bouncing_ball"):
+        ss.sweep("bouncing_ball", "average_acceleration", tol=1e-6, t_end=0.5, rung=1.5, restitution=[0.2, 0.4])
+    with pytest.raises(ValueError, match="whose state is u, v, a at t_n alone"):
+        ss.sweep("rod_pendulum", "bdf2", tol=1e-6, t_end=0.5, L=[1.0, 2.0])
+    with pytest.raises(ValueError, match="expected grid="):
+        ss.sweep("bouncing_ball", "average_acceleration", tol=1e-6, t_end=0.5, keep="history", restitution=[0.2, 0.4])
+
+
 def test_what_cannot_be_taken_is_refused_with_the_reason() -> None:
     with pytest.raises(ValueError, match=r"expected a restitution of contact 'floor' of mass_on_floor"):
         ss.march("mass_on_floor", "average_acceleration", tol=1e-4, t_end=1.0)
@@ -226,8 +269,6 @@ def test_what_cannot_be_taken_is_refused_with_the_reason() -> None:
         ss.march("rod_pendulum", "central_difference", tol=1e-4, t_end=1.0)
     with pytest.raises(ValueError, match="expected no rung on bouncing_ball"):
         ss.march("bouncing_ball", "average_acceleration", tol=1e-4, t_end=1.0, rung=2.0)
-    with pytest.raises(ValueError, match="without reactions where lanes choose their steps"):
-        ss.sweep("bouncing_ball", "average_acceleration", tol=1e-4, t_end=1.0, u0=[1.0, 2.0])
 
 
 def test_a_sliding_block_with_a_restitution_of_0_stops_where_it_should() -> None:

@@ -320,14 +320,9 @@ def test_lanes_side_by_side_are_the_runs_one_by_one(scheme: str) -> None:
 @pytest.mark.usefixtures("plainly")
 @pytest.mark.parametrize("scene", ["double_pendulum", "spring_pendulum", "rotating_hoop", "cart_pole", "heavy_top"])
 def test_the_energy_of_lagranges_equations_is_kept(scene: str) -> None:
-    """T_2 - T_0 + V, also on a hoop that is turned; and the angular momenta of the top."""
+    """T_2 - T_0 + V, also on a hoop that is turned."""
     r = ss.march(scene, "dormand_prince", 0.005, 1.0)
     np.testing.assert_allclose(r.energy, r.energy[0], rtol=0, atol=2e-8 * max(abs(r.energy[0]), 1.0))
-    assert (scene == "heavy_top") == (r.scene.info.angular_momentum)
-    if scene == "heavy_top":
-        momentum = r.angular_momentum
-        assert momentum is not None
-        np.testing.assert_allclose(momentum, momentum[0], rtol=1e-9)
     if scene == "rotating_hoop":
         p = r.scene.parameters
         T0 = p["m"] * (p["R"] * p["spin"] * np.sin(r.u[:, 0])) ** 2 / 2

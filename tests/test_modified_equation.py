@@ -10,6 +10,7 @@ from declared_steps import System, amplification, march, oscillator
 from nonlinear_systems import defaults
 from substep_derive import DeclarationError, ModifiedEquation, ModifiedMotion, Scene, derive, rate
 from substep_derive.algebra.algebraic import generator
+from substep_derive.motion.discrete import discrete_gradient
 from substep_derive.nonlinear.modified import modified_equation
 from substep_derive.oscillator.evaluation import Evaluation
 from sympy import Rational, lambdify, simplify, symbols, sympify
@@ -102,7 +103,7 @@ def system(scene: Scene) -> System:
     force = lambdify([q], list(found.force(q)), "mpmath")
     tangent = lambdify([q], found.tangent(q).tolist(), "mpmath")
     new = symbols(f"w:{d}")
-    gradient = lambdify([q, new], list(found.discrete_gradient(q, new)), "mpmath")
+    gradient = lambdify([q, new], list(discrete_gradient(found, q, new)), "mpmath")
     zero = np.array([[mpmath.mpf(0)] * d] * d)
 
     def array(values: Any) -> Any:

@@ -65,22 +65,6 @@ def test_time_that_only_pushes_is_a_load() -> None:
     assert list(EquationsOfMotion(declared(potential=k * (u - sin(t)) ** 2 / 2)).load) == [k * sin(t)]
 
 
-def test_angular_momentum_comes_from_the_symmetry() -> None:
-    x, y = symbols("x y")
-    plane = {"coordinates": {x: "m", y: "m"}, "start": {x: 1, y: 0, rate(x): 0, rate(y): 0}}
-    isotropic = m * (rate(x) ** 2 + rate(y) ** 2) / 2
-    assert (
-        EquationsOfMotion(declared(**plane, kinetic=isotropic, potential=k * (x**2 + y**2) ** 3)).angular_momentum
-        is not None
-    )
-    assert (
-        EquationsOfMotion(declared(**plane, kinetic=isotropic, potential=k * (x**2 + 2 * y**2))).angular_momentum
-        is None
-    )
-    lopsided = m * (rate(x) ** 2 + 2 * rate(y) ** 2) / 2
-    assert EquationsOfMotion(declared(**plane, kinetic=lopsided, potential=k * (x**2 + y**2))).angular_momentum is None
-
-
 @pytest.mark.parametrize(
     "g",
     [

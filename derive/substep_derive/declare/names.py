@@ -36,7 +36,17 @@ _CALLS = {
     *("rung", "held_only", "damped", "changing", "structures", "remembered"),
 }
 # functions of a scene's module, and what these use, beside functions for its outputs
-_SCENE_FUNCTIONS = {"energy", "acceleration", "angular_momentum", "commit", "force", "limits", "powers", "np"}
+_SCENE_FUNCTIONS = {
+    "energy",
+    "acceleration",
+    "angular_momentum",
+    "commit",
+    "momenta",
+    "force",
+    "limits",
+    "powers",
+    "np",
+}
 
 
 def python_name(symbol: Symbol) -> str:

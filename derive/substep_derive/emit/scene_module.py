@@ -22,6 +22,7 @@ from .templates.scheme import BANNER
 CONSTRAINED = "Matrix, row by row, and right side of the equations for acceleration and multipliers."
 DRIFT = "What constraints keep at 0, minus gaps, what slides; first derivatives; second without accelerations."
 DIRECTIONS = "Their derivatives by the coordinates, row by row."
+MOMENTA = "Noether's momenta, under the names and in the units of the catalogue."
 POWERS = "The powers of these, W, and where it is there what the energy of the frame is, J."
 LIMITS = "Of each friction its limit without pressures, and by how much it grows with each of these, in turn."
 COMMIT = "What laws remember once it is committed at a displacement, `elapsed` s after that given."
@@ -40,7 +41,7 @@ def energies_and_forces(motion: EquationsOfMotion) -> str:
         "internal force": list(motion.force(q)),
         "tangent stiffness": motion.tangent(q).tolist(),
         "load": list(motion.load) if any(motion.load) else None,
-        "angular momentum": motion.angular_momentum,
+        **{f"momentum of {p.name}, {p.unit}": p.expression for p in motion.momenta},
         **{f"constraint {name}": f"{x.expression} = 0" for name, x in motion.scene.constraints.items()},
         **{f"contact {name}": f"{contact.gap} >= 0" for name, contact in motion.scene.contacts.items()},
         **{f"friction {name}": f"along {x.along}, at most {x.limit}" for name, x in motion.scene.frictions.items()},
@@ -73,9 +74,9 @@ def scene_module(motion: EquationsOfMotion) -> str:
     if given := powers(motion):
         function = _function("powers", values, POWERS, motion, list(given.values()))
         functions.append(f"\n\nPOWERS = {literal_tuple(map(repr, given))}\n{function}")
-    if motion.angular_momentum is not None:
-        text = "Angular momentum about the pivot, in kg m^2/s."
-        functions.append(_function("angular_momentum", values, text, motion, motion.angular_momentum))
+    if motion.momenta:
+        found = [p.expression for p in motion.momenta]
+        functions.append(_function("momenta", values, MOMENTA, motion, found))
     for name, e in motion.outputs.items():
         functions.append(_function(name, values, f"{name.capitalize()}.", motion, e))
     if motion.memory:
@@ -176,7 +177,7 @@ def scene_entry(motion: EquationsOfMotion) -> str:
     some = {
         "energy_scale": None if inside.energy_scale is None else function(number(inside.energy_scale)),
         "outputs": literal_tuple(f'"{name}"' for name in motion.outputs) if motion.outputs else None,
-        "angular_momentum": None if motion.angular_momentum is None else "True",
+        "momenta": literal_tuple(f'("{p.name}", "{p.unit}")' for p in motion.momenta) if motion.momenta else None,
         "sampled": "True" if motion.is_sampled else None,
         "damped": "True" if motion.damped or scene.frictions else None,
         "conserves": "True" if motion.of_rates and motion.conserves else None,

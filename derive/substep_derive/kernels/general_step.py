@@ -24,6 +24,7 @@ from ..declare.names import entry_name
 from ..declare.scheme import Balance, Scheme
 from ..declare.symbols import K0, C, K_t, M, N_discrete, h, kind_of, knot
 from ..motion.components import Assignments, Writer, assign, drawn_out
+from ..motion.discrete import discrete_equation
 from ..motion.equations import EquationsOfMotion, solved
 from ..step.places import Place, places
 from ..step.step import Stage, Step
@@ -298,7 +299,7 @@ class _At:
         instant = w.instant(factor(place.u.subs({**w.instants, h: 1}, simultaneous=True)))
         if isinstance(place.force, N_discrete):
             old, new = (list(w.vector(argument)) for argument in place.force.args)
-            mass, force = w.motion.discrete_equation(old, new, list(v), instant)
+            mass, force = discrete_equation(w.motion, old, new, list(v), instant)
             return mass, force + w.discrete_reaction(old, new)
         mass, force = w.motion.equation(list(u), list(v), instant)
         force += w.reaction(place.force, list(u), instant)

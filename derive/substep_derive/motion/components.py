@@ -26,6 +26,7 @@ from ..declare.law import elapsed, larger, smaller
 from ..declare.names import entry_name, python_name
 from ..declare.scheme import Scheme
 from ..declare.symbols import K0, C, K_t, M, N, N_discrete, f, h, knot_of, sampled, t
+from .discrete import discrete_directions, discrete_gradient
 from .equations import EquationsOfMotion
 
 SINCE = Symbol("since")  # the number of steps before the run, where it goes on from another
@@ -111,7 +112,7 @@ class Writer:
         """The reaction beside a discrete gradient between two displacements; 0 without constraints."""
         if not self.motion.scene.multipliers:
             return zeros(self.size, 1)
-        return self.motion.discrete_directions(old, new).T * self.acting
+        return discrete_directions(self.motion, old, new).T * self.acting
 
     @property
     def size(self) -> int:
@@ -246,7 +247,7 @@ class Writer:
             return force.subs(self.remembered(atom.args[0]), simultaneous=True)
         if isinstance(atom, N_discrete):
             old, new = (list(self.vector(argument)) for argument in atom.args)
-            return self.motion.discrete_gradient(old, new) + self.discrete_reaction(old, new)
+            return discrete_gradient(self.motion, old, new) + self.discrete_reaction(old, new)
         if isinstance(atom, f):
             given = Symbol(f"f_{self.stencil.index(atom.args[0])}")
             return self.motion.load.subs({sampled: given, t: self.instant(atom.args[0])})

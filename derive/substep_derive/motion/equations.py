@@ -1,9 +1,8 @@
-"""Scene -> EquationsOfMotion: Lagrange's equations, tangent, invariants and discrete gradient, from the energies."""
+"""Scene -> EquationsOfMotion: Lagrange's equations, tangent and invariants, from the energies."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
 
 from sympy import (
     Add,
@@ -14,13 +13,11 @@ from sympy import (
     Symbol,
     cancel,
     diag,
-    eye,
     factor,
     factor_terms,
     nan,
     oo,
     powdenest,
-    simplify,
     sqrt,
     sympify,
     trigsimp,
@@ -28,14 +25,13 @@ from sympy import (
     zoo,
 )
 
-from ..declare.errors import DeclarationError
 from ..declare.law import Element, e_dot, elapsed, slope
 from ..declare.parameter import POSITIVE
 from ..declare.potentials import abs_power, contact, tidy
 from ..declare.scene import Scene
 from ..declare.symbols import rate, sampled, t
-from .differences import discrete_slopes
 from .held import Held
+from .momenta import Momentum, momenta
 
 DISSIPATED = Symbol("dissipated")  # the energy that the laws of a scene have dissipated
 
@@ -139,7 +135,7 @@ class EquationsOfMotion:
             found.append([term for e in given for term in Add.make_args(e)])
         return found
 
-    def _of_terms(self, rates: bool, coordinates: bool) -> Matrix:
+    def of_terms(self, rates: bool, coordinates: bool) -> Matrix:
         """The sum of those terms that hold rates or, of the others, those that hold coordinates, or of the rest."""
         q, v = set(self.coordinates), set(self.scene.rates)
         rows = [
@@ -151,7 +147,7 @@ class EquationsOfMotion:
     @cached_property
     def damping(self) -> Matrix:
         """Damping matrix (d, d), constant; zeros where forces depend on the rates in any other way."""
-        v, others = self.scene.rates, self._of_terms(True, False)
+        v, others = self.scene.rates, self.of_terms(True, False)
         found = Matrix([[slope(e, r) for r in v] for e in others])
         if found.free_symbols & {*self.coordinates, *v, t}:
             return zeros(len(v))
@@ -160,7 +156,7 @@ class EquationsOfMotion:
     @cached_property
     def _of_rates(self) -> Matrix:
         """The forces that depend on the rates, laws aside, where no constant damping gives them."""
-        found = self._of_terms(True, False)
+        found = self.of_terms(True, False)
         return zeros(*found.shape) if not self.damping.is_zero_matrix else found
 
     @cached_property
@@ -240,25 +236,14 @@ class EquationsOfMotion:
     @cached_property
     def _force(self) -> Matrix:
         """Internal force: that of the potential, other forces of the coordinates, and laws, but none of rates."""
-        return self._of_potential + self._of_terms(False, True) + self._of_laws(of_rate=False)
+        return self._of_potential + self.of_terms(False, True) + self._of_laws(of_rate=False)
 
     @cached_property
     def _of_potential(self) -> Matrix:
         """By the chain rule through the invariants, which keeps it short."""
-        gradient = [self.potential.diff(q) for q in self.invariants]
-        slopes = [contact(factor(g)) for g in gradient]
-        return Matrix(
-            [
-                sum(
-                    (
-                        s.subs(self.invariants) * e.diff(x)
-                        for s, e in zip(slopes, self.invariants.values(), strict=True)
-                    ),
-                    Integer(0),
-                )
-                for x in self.coordinates
-            ]
-        )
+        slopes = [(contact(factor(self.potential.diff(q))), e) for q, e in self.invariants.items()]
+        pairs = [(slope.subs(self.invariants), e) for slope, e in slopes]
+        return Matrix([sum((slope * e.diff(x) for slope, e in pairs), Integer(0)) for x in self.coordinates])
 
     def force(self, u: Sequence[Expr]) -> Matrix:
         """Internal force N at the displacement u."""
@@ -270,18 +255,9 @@ class EquationsOfMotion:
         whole = self._force + self.damping * Matrix(self.scene.rates) + self.rate_force
         return self.mass.subs(given, simultaneous=True), whole.subs(given, simultaneous=True)
 
-    def discrete_equation(
-        self, old: Sequence[Expr], new: Sequence[Expr], v: Sequence[Expr], at: Expr
-    ) -> tuple[Matrix, Matrix]:
-        """As `equation`, with the discrete gradient of the potential between two displacements, and else their mean."""
-        middle = [(a + b) / 2 for a, b in zip(old, new, strict=True)]
-        given = dict(zip((*self.coordinates, *self.scene.rates, t), (*middle, *v, at), strict=True))
-        others = (self.damping * Matrix(self.scene.rates) + self.rate_force).subs(given, simultaneous=True)
-        return self.mass, self.discrete_gradient(old, new).subs(t, at) + others
-
     @cached_property
     def _tangent(self) -> Matrix:
-        of_forces = Matrix([[slope(e, q) for q in self.coordinates] for e in self._of_terms(False, True)])
+        of_forces = Matrix([[slope(e, q) for q in self.coordinates] for e in self.of_terms(False, True)])
         return self._of_potential.jacobian(self.coordinates) + of_forces + self._tangent_of_laws
 
     @cached_property
@@ -293,25 +269,6 @@ class EquationsOfMotion:
     def held(self) -> Held:
         """What reactions hold."""
         return Held(self.scene)
-
-    def discrete_directions(self, u0: Sequence[Expr], u1: Sequence[Expr]) -> Matrix:
-        """Discrete gradients (c, d) of the constraints between two displacements: see `discrete_gradient`.
-
-        Raises DeclarationError for one whose direction depends on the time, which has none.
-        """
-        rows, middle = [], [(a + b) / 2 for a, b in zip(u0, u1, strict=True)]
-        for k, (name, g) in enumerate(self.held.by_name.items()):
-            if self.held.of_rates[k] and not self.held.directions[k, :].has(t):
-                rows.append(self.held.directions_at(middle, Integer(0))[k, :])
-                continue
-            if self.held.directions[k, :].has(t):
-                raise DeclarationError(
-                    f"{self.scene.name}: expected {name} without time, for a scheme that takes forces as "
-                    f"discrete gradients, got {g}; take another scheme"
-                )
-            alone = replace(self.scene, potential=g.subs(t, 0), constraints={}, contacts={}, frictions={}, laws={})
-            rows.append(EquationsOfMotion(alone).discrete_gradient(u0, u1).T)
-        return Matrix.vstack(*rows)
 
     @cached_property
     def constrained(self) -> tuple[Matrix, Matrix]:
@@ -372,33 +329,12 @@ class EquationsOfMotion:
         """The load as a function of t and of `sampled`: declared, other forces of t alone, a prescribed motion's."""
         moving = self._driven.subs(self.invariants).expand()
         declared = Matrix([sympify(self.scene.load.get(q, 0)) - moving.diff(q) for q in self.coordinates])
-        return declared - self._of_terms(False, False)
+        return declared - self.of_terms(False, False)
 
     @property
     def is_sampled(self) -> bool:
         """Whether the user gives the load as a function of time."""
         return self.load.has(sampled)
-
-    def discrete_gradient(self, u0: Sequence[Expr], u1: Sequence[Expr]) -> Matrix:
-        """Simo & Tarnow (1992), Gonzalez (1996): N with N.(u1 - u0) = V(u1) - V(u0), formed in the invariants.
-
-        Forces of coordinates that have no potential are taken at the midpoint.
-
-        An invariant is at most quadratic, so its own discrete gradient is the gradient at the midpoint;
-        angular momentum is conserved because |u|^2 enters as one invariant.
-        """
-        at = [dict(zip(self.coordinates, u, strict=True)) for u in (u0, u1)]
-        old, new = ({q: e.subs(where, simultaneous=True) for q, e in self.invariants.items()} for where in at)
-        slopes = discrete_slopes(self.potential, old, new)
-        middle = {q: (a + b) / 2 for q, a, b in zip(self.coordinates, u0, u1, strict=True)}
-        gradient = [
-            sum(
-                (slopes[q] * e.diff(x).subs(middle, simultaneous=True) for q, e in self.invariants.items()),
-                Integer(0),
-            )
-            for x in self.coordinates
-        ]
-        return Matrix(gradient) + self._of_terms(False, True).subs(middle, simultaneous=True)
 
     @cached_property
     def energy(self) -> Expr:
@@ -421,30 +357,17 @@ class EquationsOfMotion:
         return not others and not (self.kinetic + self.scene.potential).has(t)
 
     @cached_property
-    def angular_momentum(self) -> Expr | None:
-        """Noether's invariant of a rotation that leaves energies and constraints as they are; None if there is none.
-
-        Of two coordinates, also among more, it is the rotation of their plane; of one that is an angle its shift.
-        """
-        q, v = self.coordinates, self.scene.rates
+    def momenta(self) -> list[Momentum]:
+        """Noether's, of what leaves energies, laws, constraints and contacts as they are; none with one of rates."""
         if any(self.held.of_rates):
-            return None
-        V = [self._whole_potential.subs(self.scene.invariants), *self.held.expressions]
-        momenta = self.mass * Matrix(v)
-        planes = [] if self.kinetic.free_symbols & set(q) else combinations(range(len(q)), 2)
-        for i, j in planes:
-            rows = self.mass[[i, j], :]
-            isotropic = rows[:, [i, j]] == rows[0, i] * eye(2)
-            alone = all(rows[:, k].is_zero_matrix for k in range(len(q)) if k not in (i, j))
-            same = self.scene.coordinates[q[i]] == self.scene.coordinates[q[j]] != "rad" or len(q) == 2
-            if not (isotropic and alone and same):
-                continue
-            if all(simplify(q[i] * e.diff(q[j]) - q[j] * e.diff(q[i])) == 0 for e in V):
-                return q[i] * momenta[j] - q[j] * momenta[i]
-        for k, angle in enumerate(q):
-            if self.scene.coordinates[angle] == "rad" and not any(e.has(angle) for e in (*V, self.kinetic)):
-                return momenta[k] + self._split[0].diff(v[k])
-        return None
+            return []
+        L = self.kinetic - tidy(self.scene.potential).subs(self.scene.invariants)
+        return momenta(self.scene.coordinates, L, [*self.held.expressions, *(x for x, _ in self.elongations)])
+
+    @property
+    def angular_momentum(self) -> Expr | None:
+        """The first of `momenta` whose motion turns; None if there is none."""
+        return next((p.expression for p in self.momenta if p.angular), None)
 
     @property
     def outputs(self) -> dict[str, Expr]:

@@ -16,6 +16,7 @@ from substep_derive.declare.scheme import Scheme
 from substep_derive.declare.symbols import Omega, xi
 from substep_derive.kernels.exact_case import near_values
 from substep_derive.kernels.stability_polynomials import live_coefficients
+from substep_derive.motion.discrete import discrete_gradient
 from substep_derive.motion.equations import EquationsOfMotion
 from substep_derive.motion.plan import Combination, Plan, Row, System
 from substep_derive.oscillator.amplification import Amplification
@@ -206,7 +207,7 @@ def _scene(motion: EquationsOfMotion, text: Text) -> dict[str, Any]:
     """Matrices, internal force and energies of a scene as functions of its coordinates and parameters."""
     scene, q = motion.scene, motion.coordinates
     u0, u1 = ([Symbol(f"{x}_{k}") for x in q] for k in (0, 1))
-    gradient = motion.discrete_gradient(u0, u1)
+    gradient = discrete_gradient(motion, u0, u1)
     given = [scene.start.get(a) for a in scene.accelerations]
     energies = {"energy": motion.energy, **motion.outputs}
     energies |= {} if motion.angular_momentum is None else {"angular_momentum": motion.angular_momentum}

@@ -8,7 +8,7 @@
     mass: [[m, 0], [0, m]]
     internal force: [EA*x*(-L**2 + x**2 + y**2)/(2*L**3), EA*y*(-L**2 + x**2 + y**2)/(2*L**3)]
     tangent stiffness: [[EA*x**2/L**3 + EA*(-L**2 + x**2 + y**2)/(2*L**3), EA*x*y/L**3], [EA*x*y/L**3, EA*y**2/L**3 + EA*(-L**2 + x**2 + y**2)/(2*L**3)]]
-    angular momentum: m*x*y_dot - m*x_dot*y
+    momentum of x y, kg m^2/s: m*(x*y_dot - x_dot*y)
 """
 
 import numpy as np
@@ -34,14 +34,14 @@ def acceleration(EA_, L_, m_, v0_, t, displacement, velocity):
     return np.stack(np.broadcast_arrays(value_0, value_1, displacement[..., 0])[:-1], axis=-1)
 
 
-def angular_momentum(EA_, L_, m_, v0_, t, displacement, velocity):
-    """Angular momentum about the pivot, in kg m^2/s."""
+def momenta(EA_, L_, m_, v0_, t, displacement, velocity):
+    """Noether's momenta, under the names and in the units of the catalogue."""
     x_ = displacement[..., 0]
     y_ = displacement[..., 1]
     x_dot_ = velocity[..., 0]
     y_dot_ = velocity[..., 1]
-    value = m_*x_*y_dot_ - m_*x_dot_*y_
-    return value
+    value = m_*(x_*y_dot_ - x_dot_*y_)
+    return np.stack(np.broadcast_arrays(value, displacement[..., 0])[:-1], axis=-1)
 
 
 def strain(EA_, L_, m_, v0_, t, displacement, velocity):

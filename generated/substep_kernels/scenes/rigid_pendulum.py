@@ -7,7 +7,7 @@
     mass: [[L**2*m]]
     internal force: [0]
     tangent stiffness: [[0]]
-    angular momentum: L**2*m*theta_dot
+    momentum of theta, kg m^2/s: L**2*m*theta_dot
 """
 
 import numpy as np
@@ -26,8 +26,8 @@ def acceleration(L_, m_, v0_, t, displacement, velocity):
     return np.stack(np.broadcast_arrays(value, displacement[..., 0])[:-1], axis=-1)
 
 
-def angular_momentum(L_, m_, v0_, t, displacement, velocity):
-    """Angular momentum about the pivot, in kg m^2/s."""
+def momenta(L_, m_, v0_, t, displacement, velocity):
+    """Noether's momenta, under the names and in the units of the catalogue."""
     theta_dot_ = velocity[..., 0]
     value = L_**2*m_*theta_dot_
-    return value
+    return np.stack(np.broadcast_arrays(value, displacement[..., 0])[:-1], axis=-1)

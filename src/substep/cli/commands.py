@@ -238,9 +238,7 @@ def run(
     for symbol, values in (("", r.u), ("velocity ", r.v), ("acceleration ", r.a)):
         columns |= {f"{symbol}{name}": values[:, i] for i, name in enumerate(names)}
     columns["energy"] = r.energy
-    if r.angular_momentum is not None:
-        columns["angular momentum"] = r.angular_momentum
-    columns |= dict(r.outputs)
+    columns |= {f"momentum of {name}": values for name, values in r.momenta.items()} | dict(r.outputs)
     table = Table("", "start", "end", title=f"{scheme_name} on {scene_name}: {r.status}, {len(r.t) - 1} steps")
     for name, values in columns.items():
         table.add_row(name, f"{values[0]:.12g}", f"{values[-1]:.12g}")

@@ -133,7 +133,7 @@ class SceneInfo:
     of each. Functions of the parameters: start gives u, v and a at t = 0, None in place of a where it follows from the
     equation of motion; length is what Newton's tolerance is relative to; energy_scale, J, of a scene that starts
     without energy; oscillator gives circular frequency, damping ratio and mass of a linear oscillator, and is None for
-    any other scene. outputs: names of further results. angular_momentum: whether it has one. sampled: whether the user
+    any other scene. outputs: names of further results. momenta: (name, unit) of Noether's. sampled: whether the user
     gives the load. damped: whether its velocity causes a force; conserves: whether that does no work, being one of
     inertia. memory: names of what its laws remember; unstrained: a function of the parameters, its values before
     anything is strained; multipliers: names of those of its constraints; contacts: names of its contacts, whose
@@ -154,7 +154,7 @@ class SceneInfo:
     energy_scale: Callable[..., Any] | None = field(default=None, compare=False)
     oscillator: Callable[..., tuple[Any, Any, Any]] | None = field(default=None, compare=False)
     outputs: tuple[str, ...] = field(default=(), compare=False)
-    angular_momentum: bool = field(default=False, compare=False)
+    momenta: tuple[tuple[str, str], ...] = field(default=(), compare=False)
     sampled: bool = field(default=False, compare=False)
     damped: bool = field(default=False, compare=False)
     conserves: bool = field(default=False, compare=False)
@@ -193,6 +193,11 @@ class SceneInfo:
     def reactions(self) -> tuple[str, ...]:
         """Names of all its reactions, in their order in memory."""
         return (*self.multipliers, *self.contacts, *self.frictions)
+
+    @property
+    def turned(self) -> str | None:
+        """The name of the first of its momenta that is an angular momentum; None for a scene without one."""
+        return next((name for name, unit in self.momenta if unit == "kg m^2/s"), None)
 
     @property
     def source(self) -> "str | SceneDeclaration":

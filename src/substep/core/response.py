@@ -1,6 +1,7 @@
 """What a march returns."""
 
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -281,9 +282,19 @@ class Response:
         return self.scene.energy(self.t, self.u, self.v, *self.memory_of_rows(slice(None)))
 
     @cached_property
+    def momenta(self) -> Mapping[str, Array]:
+        """Noether's momenta (n+1,), of each rigid motion of the coordinates that energies and reactions do not resist.
+
+        By what is moved: `x` or `x_1 + x_2` of lengths in kg m/s, `phi` of an angle and `x y` of a rotation of that
+        plane in kg m^2/s. They are constant on motions without other forces. Empty for a scene without one.
+        """
+        return self.scene.momenta(self.t, self.u, self.v)
+
+    @property
     def angular_momentum(self) -> Array | None:
-        """Angular momentum about the pivot (n+1,), kg m^2/s; None for a scene without one."""
-        return self.scene.angular_momentum(self.t, self.u, self.v)
+        """Angular momentum (n+1,), kg m^2/s: the first of `momenta` of a turn; None for a scene without one."""
+        turned = self.scene.info.turned
+        return None if turned is None else self.momenta[turned]
 
     @cached_property
     def outputs(self) -> Mapping[str, Array]:
@@ -314,8 +325,10 @@ class Response:
             "a": History(self.a, f"{unit}/s^2", "acceleration"),
             "energy": History(self.energy, "J", "kinetic energy and potential"),
         }
-        if self.angular_momentum is not None:
-            found["angular_momentum"] = History(self.angular_momentum, "kg m^2/s", "angular momentum about the pivot")
+        for name, unit in self.scene.info.momenta:
+            turned = name == self.scene.info.turned
+            known = "angular_momentum" if turned else re.sub(r"\W+", "_", f"momentum_{name}")
+            found[known] = History(self.momenta[name], unit, f"{'angular ' * turned}momentum of {name}")
         found |= {name: History(x, "", name) for name, x in (*self.outputs.items(), *self.memory.items())}
         if self.scene.info.multipliers:
             of_motion = "multiplier of a constraint, from the equations of motion"

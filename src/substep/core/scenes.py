@@ -185,9 +185,14 @@ class Scene:
         values = self._evaluate("constrained", t, u, v, force, memory=memory)
         return constraints.solved(values, u.shape[-1], len(self.info.multipliers))
 
+    def momenta(self, t: Array, u: Array, v: Array) -> dict[str, Array]:
+        """Noether's momenta (...,) by name: see `Response.momenta`."""
+        found = self._evaluate("momenta", t, u, v) if self.info.momenta else u
+        return {name: found[..., k] for k, (name, _) in enumerate(self.info.momenta)}
+
     def angular_momentum(self, t: Array, u: Array, v: Array) -> Array | None:
-        """Angular momentum (...,) about the pivot; None for a scene without one."""
-        return self._evaluate("angular_momentum", t, u, v) if self.info.angular_momentum else None
+        """Angular momentum (...,), kg m^2/s: see `Response.angular_momentum`; None for a scene without one."""
+        return self.momenta(t, u, v)[self.info.turned] if self.info.turned else None
 
     def limits(self, t: Array, u: Array) -> Array:
         """Of each friction its limit without pressures, and how that grows with each of the d, (..., f, 1 + d)."""

@@ -28,19 +28,24 @@ def march_to_events(
 ) -> Response:
     """One run from u, v, a at the start; state: where it goes on from; bound: energy in J before which it stops.
 
-    Raises ValueError as `require_changing`, and for contacts without a restitution.
+    Raises ValueError as `require_events`.
     """
-    module = pair_kernels(scene, scheme)
-    carries = any(lag for _, lag in module.STATE) or bool(module.START_ARGUMENTS)
-    require_changing(scene.name, scheme, asked, carries=carries, later=hasattr(module, "held_first"))
-    if held := scene.info.held_gaps:
-        raise needs_restitution(scene.name, held[0], "declare Contact(gap, restitution=0)")
+    require_events(scene, scheme, asked)
     at = Stand(asked.t_begin, *start, None, scene.memory0 if state is None else memory_of(scene, state))
     breaks = np.empty(0) if scene.load is None else break_points(scene.load, asked.t_end)
     run = _Run(OfScene.of(scene, scheme, asked, at), asked, at, frozenset(breaks.tolist()), bound=bound)
     for made in run.march():
         run.store(made.stands)
     return run.response(state)
+
+
+def require_events(scene: Scene, scheme: Scheme, asked: Control) -> None:
+    """Raises ValueError as `require_changing`, and for contacts without a restitution."""
+    module = pair_kernels(scene, scheme)
+    carries = any(lag for _, lag in module.STATE) or bool(module.START_ARGUMENTS)
+    require_changing(scene.name, scheme, asked, carries=carries, later=hasattr(module, "held_first"))
+    if held := scene.info.held_gaps:
+        raise needs_restitution(scene.name, held[0], "declare Contact(gap, restitution=0)")
 
 
 @dataclass(kw_only=True)

@@ -1,6 +1,9 @@
 """Points of a sweep of a scene as the lanes of one march; results are arrays (P, ...)."""
 
+import math
+from collections.abc import Mapping
 from dataclasses import replace
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -8,11 +11,11 @@ from numpy.typing import NDArray
 
 from ..core.arrays import copy_rows
 from ..core.loads import is_known
-from ..core.response import STATUSES
-from ..core.scenes import Scene
+from ..core.response import STATUSES, Response
+from ..core.scenes import Scene, make_scene
 from ..core.schemes import Array, Scheme
 from ..marching.adaptive import march_lanes_adaptive
-from ..marching.run import march_oscillators
+from ..marching.run import march_oscillators, marched
 from ..marching.scene_lanes import march_lanes, memory_in, pair_kernels
 from ..run.clock import Control, number_of_steps
 from .sweep_plan import Results, SweepPlan
@@ -111,6 +114,8 @@ def _chosen(plan: SweepPlan, scene: Scene, scheme: Scheme, tol: Any, P: int) -> 
     """March lanes that choose their steps; they share the scheme and the load."""
     grid = {"final": np.array([plan.t_end]), "peak": None, "history": plan.chosen.get("grid")}[plan.keep]
     more = {name: value for name, value in plan.chosen.items() if name != "grid"}
+    if scene.info.reactions:
+        return _to_events(plan, scene, scheme, tol, P, more if grid is None else {**more, "grid": grid})
     one = Control.of(1.0, float(np.max(tol)), plan.t_end, **more, grid=grid)
     asked = one.over(scene.length, tol, {*more})
     peak = plan.keep == "peak"
@@ -133,6 +138,35 @@ def _chosen(plan: SweepPlan, scene: Scene, scheme: Scheme, tol: Any, P: int) -> 
     found |= {"accepted": made, "rejected": counts[:, module.REJECTED]}
     found["t_failed"] = np.where(status == STATUSES.index("completed"), np.nan, ended)
     return Marched(found, x["newton"], made, status)
+
+
+def _to_events(
+    plan: SweepPlan, scene: Scene, scheme: Scheme, tol: Any, P: int, chosen: Mapping[str, Any]
+) -> Marched:  # fmt: skip
+    """March one after another, since steps that end at events are no lanes of a kernel."""
+    bound = None if plan.bound == math.inf else plan.bound
+    runs = list[Response]()
+    for k in range(P):
+        own = {name: x[k] if np.ndim(x) else x for name, x in scene.parameters.items()}
+        one = make_scene(scene.info, own, scene.a0_asked, scene.load)
+        runs.append(marched(one, scheme, None, plan.t_end, 1, bound, np.broadcast_to(tol, P)[k], None, chosen))
+    status = np.array([STATUSES.index(r.status) for r in runs])
+    statistics = [r.statistics for r in runs if r.statistics]
+    newton = np.array([(x.newton_iterations, x.newton_most) for x in statistics])
+    made, rejected = (np.array([getattr(x, name) for x in statistics]) for name in ("accepted", "rejected"))
+    rows = [{**{name: getattr(r, name) for name in ("u", "v", "a", "energy")}, "memory": r.memories} for r in runs]
+    if plan.keep == "peak":
+        found = {f"peak_{name}": np.array([np.fmax.reduce(np.abs(r[name])) for r in rows]) for name in "uva"}
+        found["peak_energy"] = np.array([np.fmax.reduce(r["energy"]) for r in rows])
+    else:
+        of = {name: (P, len(chosen["grid"]), *np.shape(x)[1:]) for name, x in rows[0].items()}
+        found = {name: np.full(shape, np.nan) for name, shape in of.items()}
+        for name, k in product(found, range(P)):
+            found[name][k, : len(rows[k][name])] = rows[k][name]
+        found = {name: x[:, 0] if plan.keep == "final" else x for name, x in found.items()}
+    found |= {"accepted": made, "rejected": rejected}
+    found["t_failed"] = np.array([np.nan if r.t_failed is None else r.t_failed for r in runs])
+    return Marched(found, newton, made, status)
 
 
 def largest_moduli(x: Array, larger: Any = np.fmax) -> Array:

@@ -22,6 +22,7 @@ from ..core.units import require_ratio
 from ..marching.adaptive import adaptive_kernels
 from ..marching.linear import LOADED
 from ..marching.run import require_decay
+from ..marching.scene_events import require_events
 from ..marching.scene_lanes import pair_kernels
 from ..run.axes import RESERVED, Axis, Keep, Owner, asked
 from ..run.clock import Control
@@ -342,9 +343,11 @@ def _check_chosen(plan: ScenePlan) -> None:
             )
     tolerances = [axis.values for axis in plan.axes if axis.owner == "step"]
     tol = tolerances[0][:1] if tolerances else [plan.given["step"]["tol"]]
-    Control.of(1.0, float(tol[0]) if len(tol) else 1.0, plan.t_end, **plan.chosen)
-    as_numbers(plan.load)
+    asked = Control.of(1.0, float(tol[0]) if len(tol) else 1.0, plan.t_end, **plan.chosen)
+    if not plan.scene_of_one.info.reactions:
+        as_numbers(plan.load)
     swept = {axis.key: axis.values for axis in plan.axes if axis.owner == "scheme"}
     if all(map(len, swept.values())):
         first = {key: float(values[0]) for key, values in swept.items()}
-        adaptive_kernels(plan.scene_of_one, make_scheme(plan.scheme, **plan.given["scheme"], **first))
+        one = plan.scene_of_one, make_scheme(plan.scheme, **plan.given["scheme"], **first)
+        require_events(*one, asked) if plan.scene_of_one.info.reactions else adaptive_kernels(*one)
