@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
 MEMORY = 64e6  # bytes that a chunk takes while it is run
 LANE_STEPS = {True: 5e7, False: 4e6}  # linear march or not -> steps of all lanes of a chunk: about 0.2 s on one core
+TO_EVENTS = 2e3  # the same where steps end at events, which Python runs
 NEAR = 1 << 15  # oscillators of a chunk that are run at a time: arrays of more leave the cache of a core
 ON_DEVICE = 1e9  # the same for a chunk that a GPU runs, whose threads are 10^5 lanes at once
 SINCE = "since"  # an argument of kernels that take the time itself, which would lose its digits in single precision
@@ -152,7 +153,12 @@ class ScenePlan(SweepPlan):
     @property
     def in_threads(self) -> bool:
         """See `SweepPlan.in_threads`."""
-        return is_known(self.load)
+        return is_known(self.load) and not self.to_events
+
+    @property
+    def to_events(self) -> bool:
+        """Whether the steps of runs end where what acts changes, so that they are marched one after another."""
+        return self.by_tol and bool(self.scene_of_one.info.reactions)
 
     @property
     def oscillator(self) -> bool:
@@ -205,7 +211,8 @@ class ScenePlan(SweepPlan):
         """Shape of a chunk: one value of each leading axis, a piece of one axis, the whole of each trailing axis."""
         n = max(self.steps, default=CHOSEN_STEPS if self.by_tol else 1)
         on_device = self.device == "cuda" if cluster else found(self.device)
-        most = math.inf if on_device else LANE_STEPS[self.oscillator and not self.by_tol] / n
+        most = TO_EVENTS if self.to_events else LANE_STEPS[self.oscillator and not self.by_tol]
+        most = math.inf if on_device else most / n
         lanes = min(most, (ON_DEVICE if on_device else MEMORY) / self._bytes_of_a_lane(n))
         lanes = max(1.0, lanes, FOR_A_CLUSTER / n if cluster else 0.0)
         piece: list[int] = []
@@ -344,10 +351,10 @@ def _check_chosen(plan: ScenePlan) -> None:
     tolerances = [axis.values for axis in plan.axes if axis.owner == "step"]
     tol = tolerances[0][:1] if tolerances else [plan.given["step"]["tol"]]
     asked = Control.of(1.0, float(tol[0]) if len(tol) else 1.0, plan.t_end, **plan.chosen)
-    if not plan.scene_of_one.info.reactions:
+    if not plan.to_events:
         as_numbers(plan.load)
     swept = {axis.key: axis.values for axis in plan.axes if axis.owner == "scheme"}
     if all(map(len, swept.values())):
         first = {key: float(values[0]) for key, values in swept.items()}
         one = plan.scene_of_one, make_scheme(plan.scheme, **plan.given["scheme"], **first)
-        require_events(*one, asked) if plan.scene_of_one.info.reactions else adaptive_kernels(*one)
+        require_events(*one, asked) if plan.to_events else adaptive_kernels(*one)
