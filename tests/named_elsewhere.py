@@ -98,9 +98,13 @@ def wat2() -> Scheme:
     )
 
 
-def explicit_hht() -> Scheme:
-    """Miranda, Ferencz and Hughes (1989): Newmark's predictors in the balance of HHT-alpha."""
+def explicit_hht(predicted: bool = False) -> Scheme:
+    """Miranda, Ferencz and Hughes (1989): Newmark's predictors in the balance of HHT-alpha.
+
+    The old forces are those at t_n or, as some programs have it, at the predictors for t_n.
+    """
     (up, vp, _), beta = knot("p"), (1 - alpha) ** 2 / 4
+    old_u, old_v = (u0 - h**2 * beta * a0, v0 - h * (half - alpha) * a0) if predicted else (u0, v0)
     return Scheme(
         "explicit_hht",
         parameters=(Parameter(alpha, Interval(-Rational(1, 3), 0), -Rational(1, 10)),),
@@ -113,8 +117,8 @@ def explicit_hht() -> Scheme:
         balances=(
             Balance(
                 a1,
-                (1 + alpha) * vp - alpha * v0,
-                (1 + alpha) * N(up) - alpha * N(u0),
+                (1 + alpha) * vp - alpha * old_v,
+                (1 + alpha) * N(up) - alpha * N(old_u),
                 (1 + alpha) * f(1) - alpha * f(0),
             ),
         ),

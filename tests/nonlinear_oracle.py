@@ -5,7 +5,8 @@ relations of the scheme as its paper prints them, except that an implicit step h
 functions of the new acceleration, u = u_p + c_u a and v = v_p + c_v a (a `Line`), so that small time steps lose no
 digits; Newton's iteration then runs to rounding.
 
-All schemes are steps of one class, which shares the rows and Newton's iteration: the file grows with the catalogue.
+All schemes are steps of one class, which shares the rows and Newton's iteration. One that nobody has written here is
+stepped as it is declared, by as_declared.py.
 
 The arithmetic is that of the step h, floats or mpmath's numbers, which oracle.py takes for linear oscillators.
 
@@ -22,6 +23,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import tables
+from as_declared import DeclaredSteps, starter_of
 from designed_oracle import fourth_order, free_fourth_order, root_near, third_order
 from further_oracle import FurtherSteps
 from lines import Array, Line, Row, newmark_line, norm, same_line, solve
@@ -78,10 +80,15 @@ def history(name, parameters: dict[str, float], system: System, dt: float, n: in
         reported = [given]
         for i in range(n):
             run.t = i * dt
-            count, starter = STARTERS.get(name, (0, name))
+            count, starter = STARTERS.get(name, (0, name) if written(name) else starter_of(name))
             run.step(starter if i < count else name)
             reported.append(run.reported())
     return tuple(np.array(column) for column in zip(*reported, strict=True))
+
+
+def written(name: str) -> bool:
+    """Whether the scheme's step is written here, as its paper has it."""
+    return hasattr(Run, MEMBERS.get(name, (name,))[0])
 
 
 def slope(force: Callable[[Array], Array], u: Array) -> Array:
@@ -90,7 +97,7 @@ def slope(force: Callable[[Array], Array], u: Array) -> Array:
     return np.array([(force(u + e) - force(u - e)) / (2 * shift) for e in shift * np.eye(len(u))]).T
 
 
-class Run(FurtherSteps, PredictorSteps):
+class Run(FurtherSteps, PredictorSteps, DeclaredSteps):
     """One run; a method with the name of a scheme returns the row at t + h from the rows up to t."""
 
     def __init__(self, name: str, parameters: dict[str, float], s: System, h: float, given: Row):
@@ -112,6 +119,9 @@ class Run(FurtherSteps, PredictorSteps):
             self.rows = [Row(u, v, a - solve(s.mass, change)), given]
 
     def step(self, name: str) -> None:
+        if not written(name):
+            self.rows.append(self.as_declared(name))
+            return
         method, fixed = MEMBERS.get(name, (name, {}))
         self.rows.append(getattr(self, method)(SimpleNamespace(**self.parameters, **fixed)))
 

@@ -13,8 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import tables
+from as_declared import parameters_of, state_of
 from lines import Row
-from nonlinear_oracle import Run, System
+from nonlinear_oracle import Run, System, written
 
 Number = Any  # float or mpmath.mpf
 
@@ -103,6 +104,8 @@ class Entry(NamedTuple):
 @cache
 def entry(name: str) -> Entry:
     """The scheme of that name."""
+    if not written(name):
+        return Entry(name, tuple(parameters_of(name).split()), tuple(state_of(name).split()))
     state = STATES.get(name, USUAL)
     if name in tables.TABLES and not tables.carries_acceleration(name):
         state = "u h*v"

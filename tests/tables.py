@@ -160,6 +160,20 @@ def lobatto_iiic(*c: Any) -> Table:
     return [*A[:-1], b], b, [*c]
 
 
+def weighted_residual_p2(rho_inf: Any) -> Table:
+    """Simpson's weights, and in the middle those that integrate 1 and t exactly and leave rho_inf of R(oo)."""
+    A, b, c = ending(collocation(0, MP.mpf(1) / 2, 1))
+
+    def middle(x: Any) -> list[Any]:
+        return [w + x * d for w, d in zip(A[1], (1, -2, 1), strict=True)]
+
+    def left(x: Any) -> Any:  # R(oo) is e' (1 - A_11^-1 a_10) for the last stage, which is the end
+        row = middle(x)
+        return -MP.lu_solve(MP.matrix([row[1:], b[1:]]), MP.matrix([row[0], b[0]]))[1] - rho_inf
+
+    return [A[0], middle(MP.findroot(left, (MP.mpf(-0.02), MP.mpf(-0.06)))), b], b, c
+
+
 def ending(table: Table) -> Table:
     """With the last row equal to the weights to the last digit, as it is to rounding."""
     A, b, c = table
@@ -231,6 +245,7 @@ TABLES: dict[str, tuple[Callable[..., Table], str]] = {
     "radau_iia2": (lambda: ending(collocation(MP.mpf(1) / 3, MP.mpf(1))), ""),
     "radau_iia3": (lambda: ending(collocation(*((4 + k * MP.sqrt(6)) / 10 for k in (-1, 1)), MP.mpf(1))), ""),
     "lobatto_iiia3": (lambda: ending(collocation(0, MP.mpf(1) / 2, 1)), ""),
+    "weighted_residual_p2": (weighted_residual_p2, "rho_inf"),
     "lobatto_iiic2": (lambda: lobatto_iiic(0, 1), ""),
     "lobatto_iiic3": (lambda: lobatto_iiic(0, MP.mpf(1) / 2, 1), ""),
 }

@@ -1,6 +1,8 @@
 """Closed forms against stepping the textbook's equations, and against each other."""
 
+import nonlinear_oracle
 import numpy as np
+import oracle
 import pytest
 import sympy as sp
 from declared import BY_NAME, NAMES, derived, for_oracle, near, random_parameters
@@ -64,6 +66,32 @@ def test_forced_step_and_what_it_reports_equal_the_stepped_ones(name: str) -> No
             own_report.append(float(after[place]) if place >= 0 else float(rest.pop(0)))
         if name != "kr_alpha_plain_start":  # the oracle reports the corrected velocity
             assert np.allclose(own_report, reported, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.matrix
+@pytest.mark.parametrize("name", [s for s in NAMES if s not in ("kr_alpha_plain_start", "central_difference_lagged")])
+def test_a_step_that_nobody_has_written_is_the_one_that_is_declared(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As the oracle takes it then: here against the steps that are written. Without one a scheme states its claims.
+
+    But for one whose report is not the oracle's, as above, and one whose velocities stand at half steps.
+    """
+    scheme = BY_NAME[name]
+    values, omega, damping = point(scheme, np.random.default_rng(7))
+    other, numbers = for_oracle(scheme, values)
+    claims = scheme.published
+    assert nonlinear_oracle.written(other) or (claims is not None and None not in (claims.order, claims.rho_inf))
+    x0 = np.random.default_rng(8).normal(size=len(scheme.state))
+    rest = float(omega), float(damping if scheme.takes_damping else 0)
+
+    def load(tau: float) -> float:
+        return 0.3 + tau * (1.7 - 0.4 * tau)
+
+    expected = entry(other).step(x0, *rest, floats(numbers), load)
+    for module in (oracle, nonlinear_oracle):
+        monkeypatch.setattr(module, "written", lambda _: False)
+    found = entry.__wrapped__(name).step(x0, *rest, floats(values), load)
+    for one, same in zip(found, expected, strict=True):
+        assert np.allclose(one, same, rtol=1e-11, atol=1e-11)
 
 
 @pytest.mark.parametrize("name", NAMES)

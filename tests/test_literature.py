@@ -4,14 +4,14 @@ from fractions import Fraction
 from typing import Any
 
 import pytest
-from declared import BY_NAME
+from declared import BY_NAME, derived
 from named_elsewhere import MSSTH, discontinuous_galerkin_p2_p1, explicit_hht, mssth_weights, pefrl, wat2
 from substep_derive import Scheme, certify, derive
 from substep_derive.oscillator.evaluation import Evaluation
 from substep_derive.oscillator.order import order_of
 from substep_derive.stability.all_damping import certify_all_damping
 from substep_derive.study.equivalence import MATRIX, SPECTRUM, equivalences
-from sympy import Poly, Rational, Symbol, cancel, integrate, solve, sqrt, symbols
+from sympy import I, Matrix, Poly, Rational, Symbol, cancel, eye, integrate, solve, sqrt, symbols, zeros
 
 
 @pytest.mark.parametrize(
@@ -102,8 +102,48 @@ def test_pefrl_is_of_order_4_symmetric_and_symplectic() -> None:
 
 def test_orders_of_schemes_that_are_not_ours() -> None:
     assert derive(wat2()).nonlinear.uva == (3, 3, 2)
-    assert derive(explicit_hht()).nonlinear.free[:2] == (2, 2)
-    assert derive(explicit_hht()).nonlinear.uva == (1, 1, 1)
+    for scheme in (explicit_hht(), explicit_hht(predicted=True)):
+        assert derive(scheme).nonlinear.free[:2] == (2, 2)
+        assert derive(scheme).nonlinear.uva == (1, 1, 1)
+
+
+def test_one_function_of_two_unknowns_has_order_3_and_a_given_limit() -> None:
+    """That of Fung's complex time steps with two unknowns, whose order and limit his abstract states."""
+    z, mu, p1, p2, q1, q2 = symbols("z mu p1 p2 q1 q2")
+    left = (1 + p1 * z + p2 * z**2 - (1 + q1 * z + q2 * z**2) * (1 + z + z**2 / 2 + z**3 / 6)).expand()
+    (found,) = solve([*(left.coeff(z, k) for k in range(1, 4)), p2 - mu * q2], [p1, p2, q1, q2], dict=True)
+    top, bottom = (x.subs(found) for x in (1 + p1 * z + p2 * z**2, 1 + q1 * z + q2 * z**2))
+    for name, limit in {"weighted_residual_p2": Symbol("rho_inf"), "radau_iia2": 0, "lobatto_iiia3": 1}.items():
+        free, i = derived(name).A.subs("xi", 0), Symbol("Omega") * I
+        assert (
+            cancel(free.trace() - (top / bottom).subs({z: i, mu: limit}) - (top / bottom).subs({z: -i, mu: limit})) == 0
+        )
+    free_motion = order_of(Evaluation.at_defaults(BY_NAME["weighted_residual_p2"].fix({"rho_inf": 1})), Rational(0))
+    assert free_motion.free[:2] == (4, 4)
+
+
+@pytest.mark.parametrize(("rho", "Omega", "xi"), [("1/3", "7/5", "1/20"), ("0", "3", "2"), ("1", "1/2", "0")])
+def test_mixed_pade_approximations_on_linear_structures(rho: str, Omega: str, xi: str) -> None:
+    """PTIM of order 22 (Song and others 2023, TimeIntgCoeff.m): p(H) y_0 + moments of a quadratic load, over q(H)."""
+    w, W, x = Rational(rho), Rational(Omega), Rational(xi)
+    H, one = Matrix([[0, 1], [-(W**2), -2 * x * W]]), eye(2)
+    top = w * (12 * one + 6 * H + H**2) + (1 - w) * (6 * one + 2 * H)
+    bottom = w * (12 * one - 6 * H + H**2) + (1 - w) * (6 * one - 4 * H + H**2)
+    R = bottom.inv() * top
+    moments = [H.inv() * (R - one)]  # of loads 1, tau and tau^2
+    moments += [H.inv() * (moments[0] - one)]
+    moments += [H.inv() * (2 * moments[1] - one)]
+    scheme = derived("weighted_residual_p2")
+    values = {"rho_inf": w, "Omega": W, "xi": x}
+    step, load = scheme.A.subs(values), scheme.load.subs(values)
+    start = Matrix([[1, 0], [0, 1], [-(W**2), -2 * x * W]])  # the equation of motion at t_n, for h^2 a
+    assert step[:2, :] * start == R
+    by = {tau: load[:2, k] for k, tau in enumerate(scheme.stencil)}
+    by[Rational(0)] = by.get(Rational(0), zeros(2, 1)) + step[:2, 2]
+    # Lagrange's quadratics, of t_n, the middle and the end
+    for tau, weights in {"0": (1, -3, 2), "1/2": (0, 4, -4), "1": (0, -1, 2)}.items():
+        theirs = sum((k * m for k, m in zip(weights, moments, strict=True)), zeros(2, 2))
+        assert by[Rational(tau)] == theirs[:, 1]
 
 
 def test_galerkin_with_displacements_of_degree_2() -> None:

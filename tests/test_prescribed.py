@@ -58,6 +58,7 @@ class Stepping:
         solved = dict(zip(new, np.linalg.solve(A, -B), strict=True)) | dict(zip(known, np.eye(len(known)), strict=True))
         rows = [solved[successor(s)] for s in self.scheme.state]
         self.step = np.array([*rows, *(solved[reaction[later]] for later in carried.values())])
+        self.displacement = solved[Symbol("u_1")]
         self.reaction = {p: solved[s] for p, s in reaction.items() if p not in carried}
         reported = self.scheme.report.get(Symbol("v_1"), Symbol("v_1"))
         at = {s: solved[s] for s in reported.free_symbols & solved.keys()}
@@ -191,11 +192,14 @@ def test_what_cannot_carry_a_constraint_is_refused_with_the_reason(name: str) ->
     assert CATALOGUE[name]["constrained"].startswith("refused")
 
 
-def test_schemes_whose_last_displacement_is_no_stage_let_it_drift() -> None:
-    assert {name for name in SCHEMES if not found(name).at_end} == {
-        "wilson_theta", "collocation", "crouzeix3", "crouzeix4", "gauss3", "gssss_u0", "gssss_v0",
-        "ss22", "ss32",
-    }  # fmt: skip
+@pytest.mark.every_scheme
+@pytest.mark.parametrize("name", SCHEMES)
+def test_schemes_whose_last_displacement_is_no_stage_let_it_drift(name: str) -> None:
+    """On r = exp(t) with a long step the displacement at its end is off by more than rounding."""
+    stepping = Stepping(found(name), 0.8)
+    off = abs(stepping.displacement @ stepping.of_exponential(0.8) - np.exp(0.8))
+    assert found(name).at_end == (off < 1e-12)
+    assert found(name).at_end or off > 1e-6
 
 
 @pytest.mark.every_scheme

@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-import tables
 from declared import TOGETHER
-from mpmath import mp
+from nonlinear_oracle import System, history
 from scipy import sparse
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
@@ -33,29 +32,12 @@ def force(t: float) -> Array:
 
 
 def stepped(name: str, matrices: tuple[Array, Array, Array], p: Callable[[float], Array], u: Array, v: Array) -> Array:
-    """u and v (steps + 1, 2, n) by all stages of the first-order system at once; of Galerkin by its four moments."""
+    """u and v (steps + 1, 2, n) of the oracle."""
     m, c, k = matrices
-    n, one = len(m), np.eye(len(m))
-    rate = np.block([[0 * one, one], [-np.linalg.solve(m, k), -np.linalg.solve(m, c)]])
-    found = [np.array([u, v])]
-    for step in range(STEPS):
-
-        def at(tau: Any, t: float = step * H) -> Array:
-            return np.r_[0 * u, np.linalg.solve(m, p(t + float(tau) * H))]
-
-        y = found[-1].ravel()
-        if name == "discontinuous_galerkin_p1":  # y_p and y_1: mean of y', and its first moment, with the jump at t_n
-            first, last = at(1 / 3), at(1.0)
-            left = np.block([[-0.5 * H * rate, np.eye(2 * n) - 0.5 * H * rate],
-                             [-np.eye(2 * n) + H * rate / 6, -H * rate / 6]])  # fmt: skip
-            right = np.r_[y + H * (0.75 * first + 0.25 * last), -y + H * (-0.25 * first + 0.25 * last)]
-            found.append(np.linalg.solve(left, right)[2 * n :].reshape(2, n))
-            continue
-        A, b, tau = (np.array(x, dtype=float) for x in tables.of(name, {}, mp.mpf))
-        left = np.eye(len(b) * 2 * n) - H * np.kron(A, rate)
-        slopes = np.linalg.solve(left, np.concatenate([rate @ y + at(x) for x in tau])).reshape(len(b), -1)
-        found.append((y + H * b @ slopes).reshape(2, n))
-    return np.array(found)
+    system = System(m, c, lambda u: k @ u, lambda u: k, p)
+    values = {key: float(x) for key, x in ss.scheme(name).parameters.items()}
+    rows = history(name, values, system, H, STEPS, u, v, system.acceleration(u, v, 0.0))
+    return np.stack(rows[:2], axis=1)
 
 
 def in_real_numbers(matrix: Any) -> Callable[[Array], Array]:

@@ -17,9 +17,14 @@ WHY: Mapping[str, str] = {
         "A-stable and of third order, it does not damp high frequencies, as discontinuous_galerkin_p1 does, and with "
         "Radau's sums for its integrals it is radau_iia2 on linear structures; a declaration of your own takes it"
     ),
-    "fung complex_time_step differential_quadrature kim_reddy weighted_residual": (
-        "its tables were not read; by the overview doi 10.1007/s11831-021-09536-3 its order with n unknowns is 2n, or "
-        "2n - 1 with dissipation, as that of gauss2, gauss3, radau_iia2 and radau_iia3 is"
+    "fung complex_time_step": (
+        "of order 2n - 1 with n unknowns and the spectral radius mu at infinity, of order 2n at mu = 1: with two its "
+        "spectrum is that of weighted_residual_p2 at rho_inf = mu, with three that of radau_iia3 at mu = 0 and of "
+        "gauss3 at mu = 1; how it takes loads was not read"
+    ),
+    "differential_quadrature": (
+        "with Gauss's instants it is gauss2 or gauss3, with Radau's radau_iia2 or radau_iia3; substep_derive.tableau "
+        "declares others"
     ),
     "mssth mssth2 mssth_2": "with two sub-steps it is rho_inf_bathe; those of more are mssth3 to mssth5",
     "mssth3 mssth_3": (
@@ -39,8 +44,9 @@ WHY: Mapping[str, str] = {
         "miss it by more than those of the catalogue's schemes"
     ),
     "explicit_hht hht_explicit miranda_ferencz_hughes": (
-        "it is of first order with damping, whose force it takes at a predicted velocity, and its estimate of the "
-        "local error is not exact without; a declaration of your own takes it"
+        "it is of first order with damping, whose force it takes at a predicted velocity, with the old force where the "
+        "step begins or at its own predictor, and its estimate of the local error is not exact without; a declaration "
+        "of your own takes both"
     ),
     "pefrl omelyan": (
         "a declaration of your own takes it, of fourth order, symmetric and symplectic; its estimate of the "
@@ -49,6 +55,11 @@ WHY: Mapping[str, str] = {
     "edmc armero_romero energy_decaying edmc1 edmc2": (
         "its dissipation takes norms of the velocities, so that it has no amplification matrix; without "
         "dissipation it is energy_momentum"
+    ),
+    "bottasso_borri bauchau_theron ed_alpha": (
+        "its formulas were found in no open text; if its linear form is of third order with two unknowns, as "
+        "Galerkin's discontinuous in time is, its spectrum is that of discontinuous_galerkin_p1, or of "
+        "weighted_residual_p2 where it has a rho_inf"
     ),
     "soares adaptive_alpha": (
         "its parameter is chosen anew by element and step from the motion, where a scheme's are fixed"
@@ -63,7 +74,7 @@ WHY: Mapping[str, str] = {
     ),
     (
         "zhou_zhou liang sinusoidal_acceleration bazzi_anderheggen rho_method hoff_pahl theta_1 sse csse "
-        "ustedm cq_2x kim_lee argyris_mlejnek rezaiee_pajand bottasso_borri trujillo gellert"
+        "ustedm cq_2x kim_lee argyris_mlejnek rezaiee_pajand trujillo gellert"
     ): _UNREAD,
     "n_ihoa ihoa alamatian": (
         "the weights of its least errors were not found; those of interpolation through the last "

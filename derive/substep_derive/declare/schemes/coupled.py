@@ -1,11 +1,12 @@
-"""Schemes whose stages are solved together: Gauss, Radau and Lobatto methods, and discontinuous Galerkin in time."""
+"""Schemes whose stages are solved together: Gauss, Radau and Lobatto methods, weighted residuals."""
 
-from sympy import Rational, oo, sqrt
+from sympy import Interval, Rational, oo, sqrt
 
 from ...algebra.constant import Constant
+from ..parameter import Parameter
 from ..published import Published
 from ..scheme import Balance, Scheme
-from ..symbols import N, f, h, knot
+from ..symbols import N, f, h, knot, rho_inf
 from ..tableau import tableau
 
 _Q = Rational
@@ -76,6 +77,19 @@ lobatto_iiia3 = tableau(
     published=Published(_book, 4, 1),
 ).known_as("hermite_simpson")
 
+_end = (3 - rho_inf) / (24 * (1 + rho_inf))  # the weight of t_n + h in the middle, with its sign changed
+
+weighted_residual_p2 = tableau(
+    "weighted_residual_p2",
+    parameters=(Parameter(rho_inf, Interval(0, 1), half),),
+    A=((), (_Q(1, 4) - _end, _Q(1, 4) + 2 * _end, -_end), _b),
+    b=_b,
+    c=(0, half, 1),
+    reference="Song and others, Comput. Struct. 285 (2023) 107071, PTIM of order 22, on linear structures; by weighted "
+    "residuals of quadratic u, v and a, as Kim & Reddy, J. Appl. Mech. 84 (2017) 071009, take them",
+    published=Published("Song and others, Comput. Struct. 285 (2023) 107071", 3, rho_inf, oo),
+).known_as("weighted_residual", "kim_reddy", "ptim", "mixed_pade")
+
 lobatto_iiic2 = tableau(
     "lobatto_iiic2",
     A=((half, -half), (half, half)),
@@ -111,6 +125,7 @@ discontinuous_galerkin_p1 = Scheme(
 ).known_as("time_discontinuous_galerkin", "tdg_p1")
 
 ALL = (
-    *(gauss2, gauss3, radau_iia2, radau_iia3, lobatto_iiia3, lobatto_iiic2, lobatto_iiic3),
+    *(gauss2, gauss3, radau_iia2, radau_iia3, lobatto_iiia3, weighted_residual_p2),
+    *(lobatto_iiic2, lobatto_iiic3),
     discontinuous_galerkin_p1,
 )
