@@ -28,7 +28,10 @@ COMPILED = ("spectra",)
 LONG = (
     "adding_a_scene",
     "auditing",
-    "constraints",
+    "choose",
+    "constraints_and_contact",
+    "design",
+    "going_on",
     "large_sweeps",
     "laws",
     "questions",
@@ -79,6 +82,11 @@ def commands(page: Path) -> list[str]:
     text = page.read_text(encoding="utf-8")
     lines = [line for _, block in blocks(page, "sh", "bash") for line in block.splitlines()]
     return [x for x in [*lines, *re.findall(r"`(substep [^`\n]+)`", FENCE.sub("", text))] if x.startswith("substep ")]
+
+
+def test_the_lists_name_pages_that_are_there() -> None:
+    """A page that is renamed would run in the gate, or uncompiled, with nobody noticing."""
+    assert {*COMPILED, *LONG} <= {page.stem for page in PAGES if blocks(page, "python")}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
