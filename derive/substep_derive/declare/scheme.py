@@ -116,13 +116,13 @@ class Scheme:
             defaults[p.symbol] = default
         return start.fix({s.name: value for s, value in defaults.items()}) if defaults else start
 
-    @property
-    def mentioned(self) -> set[Symbol]:
+    @cached_property
+    def mentioned(self) -> frozenset[Symbol]:
         """Symbols of relations and balances, including those in the load's instants."""
         symbols = {s for relation in self.relations.items() for e in relation for s in e.free_symbols}
         for balance in self.balances:
             symbols |= balance.symbols | balance.load.free_symbols
-        return symbols
+        return frozenset(symbols)
 
     @cached_property
     def constants(self) -> tuple[Constant, ...]:
@@ -166,7 +166,7 @@ class Scheme:
             balances=tuple(balance.replace(names) for balance in self.balances),
         )
 
-    @property
+    @cached_property
     def unknowns(self) -> tuple[Symbol, ...]:
         """Symbols that a step determines: at knots after t_n, in a relation, or as a balance's acceleration at t_n."""
 
@@ -181,7 +181,7 @@ class Scheme:
                 new |= {s for s in balance.inertia.free_symbols if knot_of(s)}
         return tuple(sorted(new, key=_knot_order))
 
-    @property
+    @cached_property
     def state(self) -> tuple[Symbol, ...]:
         """Old symbols that the step reads: what must be carried from step to step."""
         new = set(self.unknowns)
