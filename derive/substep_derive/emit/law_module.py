@@ -1,6 +1,6 @@
 """Law -> text of its module: a kernel over springs, which structures call and in which a declaration is tried."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 from sympy import Expr, Symbol
 
@@ -22,8 +22,7 @@ def law_module(law: Law) -> str:
     """Text of generated/substep_kernels/laws/<name>.py."""
     parameters = {p.symbol: printed(p.symbol) for p in law.parameters}
     keeps = [*law.memory, *([DISSIPATED] if law.dissipated != 0 else [])]
-    values, kept = _places("parameters", len(parameters)), _places("memory", len(keeps))
-    new = _places("new", len(keeps))
+    values, kept, new = _places("parameters", parameters), _places("memory", keeps), _places("new", keeps)
     outputs: list[tuple[str, Expr]] = [
         ("force[i]", law.trial),
         ("tangent[i]", slope(law.trial, e)),
@@ -66,9 +65,11 @@ def law_module(law: Law) -> str:
     return "".join([banner, header, CALLED, INNER, *law_functions(text, "@_inner\n"), text])
 
 
-def _places(array: str, each: int) -> list[str]:
-    """Where the numbers of the spring i are in an array that has so many of each."""
-    return [f"{array}[{each}*i + {k}]" for k in range(each)]
+def _places(array: str, of: Collection[Symbol]) -> list[str]:
+    """Where the numbers of the spring i are in an array that has the first of all springs, then the next."""
+    return [f"{array}[{before}i]" for before in ("", "count + ", *(f"{k}*count + " for k in range(2, len(of))))][
+        : len(of)
+    ]
 
 
 def _start(law: Law, parameters: dict[Symbol, Symbol]) -> list[Expr]:

@@ -29,15 +29,15 @@ def unstrained(k_, q_y_, alpha_):
 def evaluate(count, parameters, e, e_dot, memory, elapsed, force, tangent, damping, new, stored):
     """Of so many springs the force at elongations e, its slopes by these and by their rates e_dot, ...
 
-    ... the memory `new` that a commit there would keep, and the energy stored. parameters: of each spring in the order
-    of PARAMETERS; memory: of each what was last committed, elapsed s before. It is called by its address.
+    ... the memory `new` that a commit there would keep, and the energy stored. parameters: in the order of PARAMETERS
+    each of all springs; memory: so what was last committed, elapsed s before. It is called by its address.
     """
     for i in range(count):
-        k_ = parameters[3*i + 0]
-        q_y_ = parameters[3*i + 1]
-        alpha_ = parameters[3*i + 2]
-        p_ = memory[2*i + 0]
-        dissipated_ = memory[2*i + 1]
+        k_ = parameters[i]
+        q_y_ = parameters[count + i]
+        alpha_ = parameters[2*count + i]
+        p_ = memory[i]
+        dissipated_ = memory[count + i]
         e_ = e[i]
         x0 = alpha_*k_
         x1 = q_y_/k_
@@ -52,6 +52,6 @@ def evaluate(count, parameters, e, e_dot, memory, elapsed, force, tangent, dampi
         force[i] = e_*x0 + x9
         tangent[i] = x0 + x8*(1 - (1 if x2 >= x4 else (1 if p_ >= x3 else 0)))
         damping[i] = 0
-        new[2*i + 0] = x5
-        new[2*i + 1] = dissipated_ + x9*(-p_ - x6)
+        new[i] = x5
+        new[count + i] = dissipated_ + x9*(-p_ - x6)
         stored[i] = (1/2)*e_**2*x0 + (1/2)*x7**2*x8

@@ -159,20 +159,20 @@ def unstrained(k_, q_y_, alpha_, A_, beta_bw_, gamma_bw_, n_):
 def evaluate(count, parameters, e, e_dot, memory, elapsed, force, tangent, damping, new, stored):
     """Of so many springs the force at elongations e, its slopes by these and by their rates e_dot, ...
 
-    ... the memory `new` that a commit there would keep, and the energy stored. parameters: of each spring in the order
-    of PARAMETERS; memory: of each what was last committed, elapsed s before. It is called by its address.
+    ... the memory `new` that a commit there would keep, and the energy stored. parameters: in the order of PARAMETERS
+    each of all springs; memory: so what was last committed, elapsed s before. It is called by its address.
     """
     for i in range(count):
-        k_ = parameters[7*i + 0]
-        q_y_ = parameters[7*i + 1]
-        alpha_ = parameters[7*i + 2]
-        A_ = parameters[7*i + 3]
-        beta_bw_ = parameters[7*i + 4]
-        gamma_bw_ = parameters[7*i + 5]
-        n_ = parameters[7*i + 6]
-        z_ = memory[3*i + 0]
-        e_0_ = memory[3*i + 1]
-        dissipated_ = memory[3*i + 2]
+        k_ = parameters[i]
+        q_y_ = parameters[count + i]
+        alpha_ = parameters[2*count + i]
+        A_ = parameters[3*count + i]
+        beta_bw_ = parameters[4*count + i]
+        gamma_bw_ = parameters[5*count + i]
+        n_ = parameters[6*count + i]
+        z_ = memory[i]
+        e_0_ = memory[count + i]
+        dissipated_ = memory[2*count + i]
         e_ = e[i]
         x0 = alpha_*k_
         x1 = 1 - alpha_
@@ -190,7 +190,7 @@ def evaluate(count, parameters, e, e_dot, memory, elapsed, force, tangent, dampi
         force[i] = e_*x0 + x1*x6
         tangent[i] = x0 + x7*_bouc_wen_slope(x5, x3, A_, beta_bw_, gamma_bw_, n_)
         damping[i] = 0
-        new[3*i + 0] = x6*x8
-        new[3*i + 1] = e_
-        new[3*i + 2] = dissipated_ + x10*x9*_bouc_wen_work(x3, x4, A_, beta_bw_, gamma_bw_, n_) - x12*x7*(-z_**2 + x11*x9/k_**2)
+        new[i] = x6*x8
+        new[count + i] = e_
+        new[2*count + i] = dissipated_ + x10*x9*_bouc_wen_work(x3, x4, A_, beta_bw_, gamma_bw_, n_) - x12*x7*(-z_**2 + x11*x9/k_**2)
         stored[i] = (1/2)*e_**2*x0 + x10*x11*x12*x9

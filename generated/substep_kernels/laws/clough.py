@@ -34,20 +34,20 @@ def unstrained(k_, q_y_, alpha_):
 def evaluate(count, parameters, e, e_dot, memory, elapsed, force, tangent, damping, new, stored):
     """Of so many springs the force at elongations e, its slopes by these and by their rates e_dot, ...
 
-    ... the memory `new` that a commit there would keep, and the energy stored. parameters: of each spring in the order
-    of PARAMETERS; memory: of each what was last committed, elapsed s before. It is called by its address.
+    ... the memory `new` that a commit there would keep, and the energy stored. parameters: in the order of PARAMETERS
+    each of all springs; memory: so what was last committed, elapsed s before. It is called by its address.
     """
     for i in range(count):
-        k_ = parameters[3*i + 0]
-        q_y_ = parameters[3*i + 1]
-        alpha_ = parameters[3*i + 2]
-        e_0_ = memory[7*i + 0]
-        q_0_ = memory[7*i + 1]
-        e_p_ = memory[7*i + 2]
-        e_m_ = memory[7*i + 3]
-        z_p_ = memory[7*i + 4]
-        z_m_ = memory[7*i + 5]
-        dissipated_ = memory[7*i + 6]
+        k_ = parameters[i]
+        q_y_ = parameters[count + i]
+        alpha_ = parameters[2*count + i]
+        e_0_ = memory[i]
+        q_0_ = memory[count + i]
+        e_p_ = memory[2*count + i]
+        e_m_ = memory[3*count + i]
+        z_p_ = memory[4*count + i]
+        z_m_ = memory[5*count + i]
+        dissipated_ = memory[6*count + i]
         e_ = e[i]
         x0 = -e_0_
         x1 = e_ + x0
@@ -119,11 +119,11 @@ def evaluate(count, parameters, e, e_dot, memory, elapsed, force, tangent, dampi
         force[i] = x31
         tangent[i] = (((k_ if x17 >= x2 else (x15 if x14 >= x16 else 0) + (x4 if x5 >= 0 else 0)) if x18 >= q_0_ else 0) if x30 >= x19 else (k_ if x2 >= x29 else (x4 if 0 >= x21 else 0) + (x27 if x28 >= x26 else 0)))
         damping[i] = 0
-        new[7*i + 0] = e_
-        new[7*i + 1] = x31
-        new[7*i + 2] = max(e_p_, e_)
-        new[7*i + 3] = min(e_m_, e_)
-        new[7*i + 4] = ((x9) if ((x10 and (x39 >= 0)) if x32 else (((x10 and (x43 >= 0)) if x10 else (((x10 and (x47 >= 0)) if x23 else (x10 and (x48 >= 0))))))) else (z_p_))
-        new[7*i + 5] = ((x9) if ((x23 and (x39 <= 0)) if x32 else (((x23 and (x43 <= 0)) if x10 else (((x23 and (x47 <= 0)) if x23 else (x23 and (x48 <= 0))))))) else (z_m_))
-        new[7*i + 6] = dissipated_ - x50*(-q_0_**2 + x49) + (((1/2)*x56*(x57 + min(q_0_, max(x4*(e_0_ + x3), 0) + min(x15*(e_0_ + x12), x14))) + (1/2)*(e_ + x58)*(x18 + x59) + (1/2)*(-x54 - x58)*(x57 + x59)) if (e_ >= e_0_) else ((1/2)*x63*(x64 + max(q_0_, max(x27*(e_0_ + x25), x26) + min(x4*(e_0_ + x20), 0))) + (1/2)*(e_ + x65)*(x30 + x66) + (1/2)*(-x61 - x65)*(x64 + x66)))
+        new[i] = e_
+        new[count + i] = x31
+        new[2*count + i] = max(e_p_, e_)
+        new[3*count + i] = min(e_m_, e_)
+        new[4*count + i] = ((x9) if ((x10 and (x39 >= 0)) if x32 else (((x10 and (x43 >= 0)) if x10 else (((x10 and (x47 >= 0)) if x23 else (x10 and (x48 >= 0))))))) else (z_p_))
+        new[5*count + i] = ((x9) if ((x23 and (x39 <= 0)) if x32 else (((x23 and (x43 <= 0)) if x10 else (((x23 and (x47 <= 0)) if x23 else (x23 and (x48 <= 0))))))) else (z_m_))
+        new[6*count + i] = dissipated_ - x50*(-q_0_**2 + x49) + (((1/2)*x56*(x57 + min(q_0_, max(x4*(e_0_ + x3), 0) + min(x15*(e_0_ + x12), x14))) + (1/2)*(e_ + x58)*(x18 + x59) + (1/2)*(-x54 - x58)*(x57 + x59)) if (e_ >= e_0_) else ((1/2)*x63*(x64 + max(q_0_, max(x27*(e_0_ + x25), x26) + min(x4*(e_0_ + x20), 0))) + (1/2)*(e_ + x65)*(x30 + x66) + (1/2)*(-x61 - x65)*(x64 + x66)))
         stored[i] = x49*x50

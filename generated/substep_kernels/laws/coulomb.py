@@ -29,14 +29,14 @@ def unstrained(stiffness_, q_y_):
 def evaluate(count, parameters, e, e_dot, memory, elapsed, force, tangent, damping, new, stored):
     """Of so many springs the force at elongations e, its slopes by these and by their rates e_dot, ...
 
-    ... the memory `new` that a commit there would keep, and the energy stored. parameters: of each spring in the order
-    of PARAMETERS; memory: of each what was last committed, elapsed s before. It is called by its address.
+    ... the memory `new` that a commit there would keep, and the energy stored. parameters: in the order of PARAMETERS
+    each of all springs; memory: so what was last committed, elapsed s before. It is called by its address.
     """
     for i in range(count):
-        stiffness_ = parameters[2*i + 0]
-        q_y_ = parameters[2*i + 1]
-        p_ = memory[2*i + 0]
-        dissipated_ = memory[2*i + 1]
+        stiffness_ = parameters[i]
+        q_y_ = parameters[count + i]
+        p_ = memory[i]
+        dissipated_ = memory[count + i]
         e_ = e[i]
         x0 = q_y_/stiffness_
         x1 = e_ - x0
@@ -49,6 +49,6 @@ def evaluate(count, parameters, e, e_dot, memory, elapsed, force, tangent, dampi
         force[i] = x7
         tangent[i] = stiffness_*(1 - (1 if x1 >= x3 else (1 if p_ >= x2 else 0)))
         damping[i] = 0
-        new[2*i + 0] = x4
-        new[2*i + 1] = dissipated_ + x7*(-p_ - x5)
+        new[i] = x4
+        new[count + i] = dissipated_ + x7*(-p_ - x5)
         stored[i] = (1/2)*stiffness_*x6**2

@@ -30,16 +30,16 @@ def unstrained(k_, q_y_, alpha_):
 def evaluate(count, parameters, e, e_dot, memory, elapsed, force, tangent, damping, new, stored):
     """Of so many springs the force at elongations e, its slopes by these and by their rates e_dot, ...
 
-    ... the memory `new` that a commit there would keep, and the energy stored. parameters: of each spring in the order
-    of PARAMETERS; memory: of each what was last committed, elapsed s before. It is called by its address.
+    ... the memory `new` that a commit there would keep, and the energy stored. parameters: in the order of PARAMETERS
+    each of all springs; memory: so what was last committed, elapsed s before. It is called by its address.
     """
     for i in range(count):
-        k_ = parameters[3*i + 0]
-        q_y_ = parameters[3*i + 1]
-        alpha_ = parameters[3*i + 2]
-        p_ = memory[3*i + 0]
-        kappa_ = memory[3*i + 1]
-        dissipated_ = memory[3*i + 2]
+        k_ = parameters[i]
+        q_y_ = parameters[count + i]
+        alpha_ = parameters[2*count + i]
+        p_ = memory[i]
+        kappa_ = memory[count + i]
+        dissipated_ = memory[2*count + i]
         e_ = e[i]
         x0 = e_ - p_
         x1 = 1 - alpha_
@@ -57,7 +57,7 @@ def evaluate(count, parameters, e, e_dot, memory, elapsed, force, tangent, dampi
         force[i] = k_*x10
         tangent[i] = k_*(-x8*((k_ if 0 >= x4 else 0) + (k_ if x6 >= 0 else 0)) + 1)
         damping[i] = 0
-        new[3*i + 0] = x9
-        new[3*i + 1] = kappa_ + x11
-        new[3*i + 2] = dissipated_ + x11*(q_y_ + x12*x2*(2*kappa_ + x11))
+        new[i] = x9
+        new[count + i] = kappa_ + x11
+        new[2*count + i] = dissipated_ + x11*(q_y_ + x12*x2*(2*kappa_ + x11))
         stored[i] = x10**2*x12

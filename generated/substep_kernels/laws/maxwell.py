@@ -48,15 +48,15 @@ def unstrained(stiffness_, c_):
 def evaluate(count, parameters, e, e_dot, memory, elapsed, force, tangent, damping, new, stored):
     """Of so many springs the force at elongations e, its slopes by these and by their rates e_dot, ...
 
-    ... the memory `new` that a commit there would keep, and the energy stored. parameters: of each spring in the order
-    of PARAMETERS; memory: of each what was last committed, elapsed s before. It is called by its address.
+    ... the memory `new` that a commit there would keep, and the energy stored. parameters: in the order of PARAMETERS
+    each of all springs; memory: so what was last committed, elapsed s before. It is called by its address.
     """
     for i in range(count):
-        stiffness_ = parameters[2*i + 0]
-        c_ = parameters[2*i + 1]
-        q_ = memory[3*i + 0]
-        e_0_ = memory[3*i + 1]
-        dissipated_ = memory[3*i + 2]
+        stiffness_ = parameters[i]
+        c_ = parameters[count + i]
+        q_ = memory[i]
+        e_0_ = memory[count + i]
+        dissipated_ = memory[2*count + i]
         e_ = e[i]
         elapsed_ = elapsed[0]
         x0 = elapsed_*stiffness_/c_
@@ -69,7 +69,7 @@ def evaluate(count, parameters, e, e_dot, memory, elapsed, force, tangent, dampi
         force[i] = x4
         tangent[i] = x3
         damping[i] = 0
-        new[3*i + 0] = x4
-        new[3*i + 1] = e_
-        new[3*i + 2] = dissipated_ + q_*x1*x2 + stiffness_*x1**2*_phi_2(x0) - x6*(-q_**2 + x5)
+        new[i] = x4
+        new[count + i] = e_
+        new[2*count + i] = dissipated_ + q_*x1*x2 + stiffness_*x1**2*_phi_2(x0) - x6*(-q_**2 + x5)
         stored[i] = x5*x6

@@ -27,15 +27,15 @@ def unstrained(k_, e_1_, k_2_, e_2_, k_3_):
 def evaluate(count, parameters, e, e_dot, memory, elapsed, force, tangent, damping, new, stored):
     """Of so many springs the force at elongations e, its slopes by these and by their rates e_dot, ...
 
-    ... the memory `new` that a commit there would keep, and the energy stored. parameters: of each spring in the order
-    of PARAMETERS; memory: of each what was last committed, elapsed s before. It is called by its address.
+    ... the memory `new` that a commit there would keep, and the energy stored. parameters: in the order of PARAMETERS
+    each of all springs; memory: so what was last committed, elapsed s before. It is called by its address.
     """
     for i in range(count):
-        k_ = parameters[5*i + 0]
-        e_1_ = parameters[5*i + 1]
-        k_2_ = parameters[5*i + 2]
-        e_2_ = parameters[5*i + 3]
-        k_3_ = parameters[5*i + 4]
+        k_ = parameters[i]
+        e_1_ = parameters[count + i]
+        k_2_ = parameters[2*count + i]
+        e_2_ = parameters[3*count + i]
+        k_3_ = parameters[4*count + i]
         e_ = e[i]
         x0 = k_ - k_2_
         x1 = -e_1_

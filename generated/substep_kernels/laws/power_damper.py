@@ -27,12 +27,12 @@ def unstrained(c_, exponent_):
 def evaluate(count, parameters, e, e_dot, memory, elapsed, force, tangent, damping, new, stored):
     """Of so many springs the force at elongations e, its slopes by these and by their rates e_dot, ...
 
-    ... the memory `new` that a commit there would keep, and the energy stored. parameters: of each spring in the order
-    of PARAMETERS; memory: of each what was last committed, elapsed s before. It is called by its address.
+    ... the memory `new` that a commit there would keep, and the energy stored. parameters: in the order of PARAMETERS
+    each of all springs; memory: so what was last committed, elapsed s before. It is called by its address.
     """
     for i in range(count):
-        c_ = parameters[2*i + 0]
-        exponent_ = parameters[2*i + 1]
+        c_ = parameters[i]
+        exponent_ = parameters[count + i]
         e_dot_ = e_dot[i]
         force[i] = c_*np.sign(e_dot_)*abs(e_dot_)**(exponent_)
         tangent[i] = 0

@@ -29,15 +29,15 @@ def unstrained(stiffness_, q_y_, gap_):
 def evaluate(count, parameters, e, e_dot, memory, elapsed, force, tangent, damping, new, stored):
     """Of so many springs the force at elongations e, its slopes by these and by their rates e_dot, ...
 
-    ... the memory `new` that a commit there would keep, and the energy stored. parameters: of each spring in the order
-    of PARAMETERS; memory: of each what was last committed, elapsed s before. It is called by its address.
+    ... the memory `new` that a commit there would keep, and the energy stored. parameters: in the order of PARAMETERS
+    each of all springs; memory: so what was last committed, elapsed s before. It is called by its address.
     """
     for i in range(count):
-        stiffness_ = parameters[3*i + 0]
-        q_y_ = parameters[3*i + 1]
-        gap_ = parameters[3*i + 2]
-        p_ = memory[2*i + 0]
-        dissipated_ = memory[2*i + 1]
+        stiffness_ = parameters[i]
+        q_y_ = parameters[count + i]
+        gap_ = parameters[2*count + i]
+        p_ = memory[i]
+        dissipated_ = memory[count + i]
         e_ = e[i]
         x0 = 1/stiffness_
         x1 = -e_ + gap_
@@ -48,6 +48,6 @@ def evaluate(count, parameters, e, e_dot, memory, elapsed, force, tangent, dampi
         force[i] = x5
         tangent[i] = (0 if 0 >= x4 else stiffness_*(1 - (0 if p_ >= x2 else 1)))
         damping[i] = 0
-        new[2*i + 0] = x3
-        new[2*i + 1] = dissipated_ + q_y_*(-p_ + x3)
+        new[i] = x3
+        new[count + i] = dissipated_ + q_y_*(-p_ + x3)
         stored[i] = (1/2)*x0*x5**2

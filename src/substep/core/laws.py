@@ -69,15 +69,16 @@ class Law:
         memory (..., n, k): by default that before they are strained. The path from there to e is monotonic.
         """
         e = np.atleast_1d(np.ascontiguousarray(e, dtype=float))
-        memory = np.ascontiguousarray(self.unstrained(e.size) if memory is None else memory)
+        kept = by_name(self.unstrained(e.size) if memory is None else memory)
         force, tangent, damping, stored, rates = (np.empty(e.shape) for _ in range(5))
         rates[...] = e_dot
-        new, table, since = np.empty_like(memory), self.table(e.shape), np.array([elapsed], dtype=float)
-        called(self.module.evaluate)(e.size, table, e, rates, memory, since, force, tangent, damping, new, stored)
-        return Evaluated(force, tangent, damping, new, stored)
+        new, since = np.empty((len(kept), *e.shape)), np.array([elapsed], dtype=float)
+        table = by_name(self.table(e.shape))
+        called(self.module.evaluate)(e.size, table, e, rates, kept, since, force, tangent, damping, new, stored)
+        return Evaluated(force, tangent, damping, np.moveaxis(new, 0, -1), stored)
 
     def table(self, shape: tuple[int, ...]) -> Array:
-        """The parameters (..., n, p) of springs, in the order in which the law's kernel takes them."""
+        """The parameters (..., n, p) of springs."""
         found = np.empty((*shape, len(self.parameters)))
         for k, x in enumerate(self.parameters.values()):
             found[..., k] = x
@@ -98,6 +99,11 @@ class Law:
 
     def __repr__(self) -> str:
         return f"Law({', '.join([self.name, *(f'{name}={x}' for name, x in self.parameters.items())])})"
+
+
+def by_name(rows: Array) -> Array:
+    """Parameters or memory (..., n, k) of springs as a law's kernel takes them: (k, ..., n)."""
+    return np.ascontiguousarray(np.moveaxis(rows, -1, 0))
 
 
 def laws() -> tuple[str, ...]:

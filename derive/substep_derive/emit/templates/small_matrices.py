@@ -3,34 +3,33 @@
 SMALL_MATRICES = '''
 
 @_inline
-def _scaled(factor, x, out):
-    """factor x."""
+def _scaled(factor, x, m, out):
+    """factor x (m,)."""
     f = _each(factor)
-    for i in range(0, out.size, WIDTH):
+    for i in range(0, m, WIDTH):
         _put(out, i, _times(f, _several(x, i)))
 
 
 @_inline
-def _sum(x, factor, y, out):
-    """x + factor y."""
+def _copied(x, m, out):
+    """x (m,)."""
+    for i in range(0, m, WIDTH):
+        _put(out, i, _several(x, i))
+
+
+@_inline
+def _sum(x, factor, y, m, out):
+    """x + factor y (m,)."""
     f = _each(factor)
-    for i in range(0, out.size, WIDTH):
+    for i in range(0, m, WIDTH):
         _put(out, i, _fused(_several(x, i), f, _several(y, i)))
 
 
 @_inline
-def _divided(x, by):
-    """Divide x."""
-    divisor = _each(by)
-    for i in range(0, x.size, WIDTH):
-        _put(x, i, _over(_several(x, i), divisor))
-
-
-@_inline
-def _zero(out):
-    """0."""
+def _zero(out, m):
+    """0 (m,)."""
     zero = _each(0.0)
-    for i in range(0, out.size, WIDTH):
+    for i in range(0, m, WIDTH):
         _put(out, i, zero)
 
 
@@ -40,15 +39,15 @@ def _beside(x, place):
     if LANES > 1:
         found = _several(x, place)
     else:
-        found = _each(_part(x, place)[0])
+        found = _each(x[place])
     return found
 
 
 @_inline
-def _loaded(factors, first, x, out):
-    """Subtract of each lane its factor, the first of which has this number, times x."""
+def _loaded(factors, first, x, m, out):
+    """Subtract of each lane its factor, the first of which has this number, times x (m,)."""
     f = _times(_each(-1.0), _beside(factors, first))
-    for i in range(0, out.size, WIDTH):
+    for i in range(0, m, WIDTH):
         _put(out, i, _fused(_several(out, i), f, _several(x, i)))
 
 
@@ -61,58 +60,69 @@ def _next(factors, v, count):
 
 
 @_inner
-def _combine(row, X, count, out):
-    """The sum of row[v] X[v] over v < count: two terms at a time."""
-    factors = _part(row, 0)
+def _combine(factors, X, m, count, out):
+    """The sum of factors[v] X[v] (m,) over v < count: two terms at a time."""
     first = _next(factors, 0, count)
     second = _next(factors, first + 1, count)
     if first >= count:
-        _zero(out)
+        _zero(out, m)
     elif second >= count:
-        _scaled(factors[first], X[first], out)
+        _scaled(factors[first], _part(X, first * m), m, out)
     else:
-        x, y, f, g = X[first], X[second], _each(factors[first]), _each(factors[second])
-        for i in range(0, out.size, WIDTH):
+        x, y, f, g = _part(X, first * m), _part(X, second * m), _each(factors[first]), _each(factors[second])
+        for i in range(0, m, WIDTH):
             _put(out, i, _fused(_times(f, _several(x, i)), g, _several(y, i)))
     first = _next(factors, second + 1, count)
     while first < count:
         second = _next(factors, first + 1, count)
         if second < count:
-            x, y, f, g = X[first], X[second], _each(factors[first]), _each(factors[second])
-            for i in range(0, out.size, WIDTH):
+            x, y, f, g = _part(X, first * m), _part(X, second * m), _each(factors[first]), _each(factors[second])
+            for i in range(0, m, WIDTH):
                 _put(out, i, _fused(_fused(_several(out, i), f, _several(x, i)), g, _several(y, i)))
         else:
-            _sum(out, factors[first], X[first], out)
+            _sum(out, factors[first], _part(X, first * m), m, out)
         first = _next(factors, second + 1, count)
 
 
 @_inner
 def _add_product(matrices, q, factor, x, out):
     """Add factor times the product of the matrix q with x."""
-    (every, places_of, values), rows = matrices, matrices[0].shape[1]
-    first, places, f = _part(every, q * rows), _part(places_of, 0), _each(factor)
-    for r in range(rows - 1):
+    every, places, values, rows = matrices
+    first, f = _part(every, q * (rows + 1)), _each(factor)
+    for r in range(rows):
         total = _several(out, WIDTH * r)
         for p in range(first[r], first[r + 1]):
             total = _fused(total, _times(f, _beside(x, places[p])), _several(values, WIDTH * p))
         _put(out, WIDTH * r, total)
 
 
+@_inner
+def _balance(matrices, q, z, B, forces, rest, out, left):
+    """rest + the product of the matrix q with z + B^T forces, where B is that matrix; left (LANES,): its moduli."""
+    (every, places, values, rows), (every_of, places_of, entries, _) = matrices, B
+    first, first_of = _part(every, q * (rows + 1)), every_of
+    zero = _each(0.0)
+    most, lost = zero, zero
+    for r in range(rows):
+        total = _several(rest, WIDTH * r)
+        for p in range(first[r], first[r + 1]):
+            total = _fused(total, _beside(z, places[p]), _several(values, WIDTH * p))
+        for p in range(first_of[r], first_of[r + 1]):
+            total = _fused(total, _beside(forces, places_of[p]), _several(entries, WIDTH * p))
+        _put(out, WIDTH * r, total)
+        most, lost = _larger(most, total), _fused(lost, zero, total)
+    _of_all(most, lost, left)
+
+
 @_rounded
 def _elongations(B, u, out):
     """B u, to the bit as SciPy has it."""
-    first, columns, entries = _part(B[0], 0), _part(B[1], 0), _part(B[2], 0)
-    for s in range(B[0].size - 1):
-        if LANES > 1:
-            total = _each(0.0)
-            for k in range(first[s], first[s + 1]):
-                total = _unfused(total, _each(entries[k]), _several(u, columns[k] * LANES))
-            _put(out, s * LANES, total)
-        else:
-            found = 0.0
-            for k in range(first[s], first[s + 1]):
-                found += entries[k] * _part(u, columns[k])[0]
-            _part(out, s)[0] = found
+    first, places, values, rows = B
+    for r in range(rows):
+        total = _each(0.0)
+        for p in range(first[r], first[r + 1]):
+            total = _unfused(total, _several(values, WIDTH * p), _beside(u, places[p]))
+        _put(out, WIDTH * r, total)
 
 
 @_inline
@@ -136,26 +146,9 @@ def _raised(B, u, out):
 
 
 @_inline
-def _spread(B, q, out):
-    """Add the forces B^T q."""
-    first, columns, entries = _part(B[0], 0), _part(B[1], 0), _part(B[2], 0)
-    for s in range(B[0].size - 1):
-        for k in range(first[s], first[s + 1]):
-            if LANES > 1:
-                to = columns[k] * LANES
-                _put(out, to, _fused(_several(out, to), _each(entries[k]), _several(q, s * LANES)))
-            else:
-                _part(out, columns[k])[0] += entries[k] * _part(q, s)[0]
-
-
-@_inline
-def _largest(x, out):
-    """The largest moduli (LANES,); NaN where a number is not finite."""
-    zero, one = _each(0.0), _each(1.0)
-    most, lost = zero, zero
-    for i in range(0, x.size, WIDTH):
-        most, lost = _larger(most, _several(x, i)), _fused(lost, zero, _several(x, i))
-    most = _fused(most, one, lost)
+def _of_all(most, lost, out):
+    """The largest moduli (LANES,) of several numbers; NaN where `lost`, 0 times all, is not 0."""
+    most = _fused(most, _each(1.0), lost)
     if LANES > 1:
         _put(out, 0, most)
     else:
@@ -164,10 +157,20 @@ def _largest(x, out):
 
 
 @_inline
-def _dot(x, y, out):
+def _largest(x, m, out):
+    """The largest moduli (LANES,) of x (m,); NaN where a number is not finite."""
+    zero = _each(0.0)
+    most, lost = zero, zero
+    for i in range(0, m, WIDTH):
+        most, lost = _larger(most, _several(x, i)), _fused(lost, zero, _several(x, i))
+    _of_all(most, lost, out)
+
+
+@_inline
+def _dot(x, y, m, out):
     """The inner products (LANES,)."""
     total = _each(0.0)
-    for i in range(0, x.size, WIDTH):
+    for i in range(0, m, WIDTH):
         total = _fused(total, _several(x, i), _several(y, i))
     if LANES > 1:
         _put(out, 0, total)
@@ -222,27 +225,27 @@ def _less(A, at, x, k, low, high):
         for i in range(low * LANES, high * LANES, LANES):
             _put(x, i, _fused(_several(x, i), f, _several(A, at + i)))
     else:
-        y, e, f = _part(x, 0), _part(A, at), _part(x, k)[0]
+        e, f = _part(A, at), x[k]
         for i in range(low, high):
-            y[i] -= f * e[i]
+            x[i] -= f * e[i]
 
 
 @_inner
-def _factorized_together(matrices, q, d, B, spans, alive, A):
+def _factorized_together(n, matrices, q, d, B, ends, alive, A):
     """A (n, n LANES), by columns, becomes L and U of the matrix q + B^T diag(d) B of every lane, rows not exchanged.
 
-    spans (n, 2): of the columns, as far as any entry is not 0; with reciprocals of pivots. Returns whether all pivots
-    are positive in lanes that are alive, so that symmetric matrices are positive definite.
+    ends (n, 2): where the columns begin and end, as far as any entry is not 0; with reciprocals of pivots. Returns
+    whether all pivots are positive in lanes that are alive, so that symmetric matrices are positive definite.
     """
-    (firsts, places_of, values), (first, columns, entries), ends = matrices, B, _part(spans, 0)
-    n, width = len(A), A.shape[1]
+    (every, places_of, values, rows), (first, columns, entries, size), width = matrices, B, n * LANES
+    firsts = _part(every, q * (rows + 1))
     for k in range(n):
         for i in range(ends[2 * k] * LANES, ends[2 * k + 1] * LANES, LANES):
             _put(A, k * width + i, _each(0.0))
     for r in range(n):
-        for p in range(firsts[q, r], firsts[q, r + 1]):
+        for p in range(firsts[r], firsts[r + 1]):
             _put(A, places_of[p] * n + r * LANES, _several(values, WIDTH * p))
-    for s in range(first.size - 1):
+    for s in range(size):
         slope = _several(d, s * LANES)
         for k in range(first[s], first[s + 1]):
             share = _times(slope, _each(entries[k]))
@@ -271,14 +274,13 @@ def _factorized_together(matrices, q, d, B, spans, alive, A):
 
 
 @_inner
-def _substituted(A, order, spans, exchanged, x):
+def _substituted(n, A, order, ends, exchanged, x):
     """Put the solutions in place of the right sides x; exchanged: whether rows of any lane were."""
-    n = len(A)
     for k in range(n if exchanged else 0):
         for lane in range(LANES):
-            here, there = k * LANES + lane, order[k, lane] * LANES + lane
+            here, there = k * LANES + lane, order[k * LANES + lane] * LANES + lane
             x[here], x[there] = x[there], x[here]
-    ends, width = _part(spans, 0), n * LANES
+    width = n * LANES
     for k in range(n):
         _less(A, k * width, x, k, k + 1, ends[2 * k + 1])
     for back in range(n):
@@ -287,7 +289,7 @@ def _substituted(A, order, spans, exchanged, x):
             here = k * LANES
             _put(x, here, _times(_several(x, here), _several(A, k * width + here)))
         else:
-            _part(x, k)[0] *= _part(A, k * (width + 1))[0]
+            x[k] *= A[k * (width + 1)]
         _less(A, k * width, x, k, ends[2 * k], k)
 
 
@@ -310,15 +312,16 @@ def _renewed(matrices, q, d, lane, B, kept, used):
             break
     if slot < 0:
         slot = count if count < len(keys) else (places[1] + 1) % len(keys)
-        new, (first, columns, entries), (firsts, places_of, values) = factors[slot], B, matrices
+        new, (first, columns, entries, size), (every, places_of, values, rows) = factors[slot], B, matrices
+        firsts = _part(every, q * (rows + 1))
         new[:] = 0.0
-        for r in range(firsts.shape[1] - 1):
-            for p in range(firsts[q, r], firsts[q, r + 1]):
+        for r in range(rows):
+            for p in range(firsts[r], firsts[r + 1]):
                 for j in range(WIDTH):
                     row = WIDTH * r + j
                     if row % LANES == lane and row // LANES < n:
                         new[places_of[p] // LANES, row // LANES] = values[WIDTH * p + j]
-        for s in range(first.size - 1):
+        for s in range(size):
             for k in range(first[s], first[s + 1]):
                 share = d[s * LANES + lane] * entries[k]
                 for j in range(first[s], first[s + 1]):
@@ -343,20 +346,19 @@ def _renewed(matrices, q, d, lane, B, kept, used):
 
 
 @_inline
-def _differ(d, now):
-    """Whether any slopes are other ones."""
+def _differ(d, w, now):
+    """Whether any slopes (w,) are other ones."""
     apart = _each(0.0)
-    for i in range(0, d.size, WIDTH):
+    for i in range(0, w, WIDTH):
         apart = _unlike(apart, _several(d, i), _several(now, i))
     return _some(apart)
 
 
 @_inline
-def _other(d, now, lane):
+def _other(d, w, now, lane):
     """Whether slopes of a lane are other ones."""
-    one, other = _part(d, 0), _part(now, 0)
-    for s in range(lane, d.size, LANES):
-        if one[s] != other[s]:
+    for s in range(lane, w, LANES):
+        if d[s] != now[s]:
             return True
     return False
 '''

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ...core.arrays import Array
 from ...core.kernel_modules import compiles
+from ...core.laws import by_name
 from ..model.memory import Memory, RememberingForce
 from ..model.model import Model
 from ..model.springs import Springs
@@ -108,7 +109,8 @@ class CompiledSteps:
         n, of_rate = of[0].size, springs[0].of_rate
         given = [(s.M, s.damping, s.K, K) for s, K in zip(of, held, strict=True)]
         matrices = np.array([[dense(matrix, n) for matrix in each] for each in given])  # (lanes, 4, n, n)
-        plan, shares = plan_of(steps, of_rate, held[0] is not None)
+        some = tuple(matrices.any(axis=(0, 2, 3)).tolist())
+        plan, shares = plan_of(steps, of_rate, some)
         linear = np.zeros((lanes, len(shares), n, n))
         for s, share in enumerate(shares):
             for m, factor in enumerate(share):  # of any number of lanes to the bit the same
@@ -119,17 +121,18 @@ class CompiledSteps:
         room = room_of(steps, springs[0], linear)
         arrays = RULES, plan, steps.out, steps.report, structure, (*springs_of_lanes(springs), of_rate), room
         balances = [k for k, system in enumerate(steps.systems) if system.balance]
-        (X, _, memories), total = room[0], room[3][6]
+        (X, _, memories), size = room[0], room[1][1].shape[1]
         kept = np.empty((rows, len(steps.report), X.shape[1])), np.empty((rows, memories.shape[1]))
-        kept = *kept, np.empty((rows, 3, total.size))
+        kept = *kept, np.empty((rows, 3, size))
         none, many = shown is None, 0 if shown is None else shown.shape[0] * lanes
-        peaks = np.zeros((0 if none else len(steps.report), many)), np.zeros((0 if none else 2, total.size))
+        peaks = np.zeros((0 if none else len(steps.report), many)), np.zeros((0 if none else 2, size))
         chosen = compressed_rows(springs[0].compressed if shown is None else shown)
         return cls(runs, march, springs[0], spring_march_module(lanes), steps, arrays, balances, kept, (chosen, *peaks))
 
     def at(self, states: Sequence[Array], memories: Sequence[Memory]) -> Lanes:
         """Where structures are that have these states (S, n) and remember that."""
-        kept = [np.stack(of, axis=1).ravel() for of in zip(*(memory.springs for memory in memories), strict=True)]
+        every = zip(*(memory.springs for memory in memories), strict=True)
+        kept = [by_name(np.stack(of, axis=1)).ravel() for of in every]
         alive, zero = np.ones(len(self.runs), np.bool_), np.zeros((len(self.steps.systems), len(self.runs)))
         return Lanes(side_by_side(states), padded(np.concatenate(kept)[None])[0], alive, zero, zero.astype(np.int64))
 
@@ -190,9 +193,9 @@ class CompiledSteps:
         """Of rows (m, ..) as the kernel has them, (m, s, lanes, ..)."""
         found, first = list[Array](), 0
         for law, where in self.springs.groups:
-            shape = len(where), len(self.runs), len(law.memory)
+            shape = len(law.memory), len(where), len(self.runs)
             last = first + math.prod(shape)
-            found.append(rows[:, first:last].reshape(len(rows), *shape))
+            found.append(np.moveaxis(rows[:, first:last].reshape(len(rows), *shape), 1, -1))
             first = last
         return Memory(tuple(found))
 

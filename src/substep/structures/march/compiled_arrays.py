@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ...core.arrays import Array
 from ...core.kernel_modules import address
+from ...core.laws import by_name
 from ..model.springs import Springs
 from ..solvers.matrices import Matrix
 from .scheme_plan import Force, Steps, System
@@ -37,14 +38,14 @@ def dense(matrix: Matrix | None, n: int) -> Array:
 
 
 def blocks_of(matrices: Array) -> tuple[Any, ...]:
-    """Of matrices (lanes, Q, n, n) where the blocks begin of each so many numbers of a vector, places, and entries.
+    """Of matrices (lanes, Q, r, n) where the blocks begin of each so many numbers of a vector, places, and entries.
 
     A block is what multiplies one number of another vector, in each of the lanes; of one lane four numbers have one.
     """
-    L, Q, n, _ = matrices.shape
+    L, Q, m, n = matrices.shape
     width = max(L, 4)
-    rows = np.zeros((Q, -(-n * L // width) * width, n))
-    rows[:, : n * L] = np.moveaxis(matrices, 0, 2).reshape(Q, n * L, n)
+    rows = np.zeros((Q, -(-m * L // width) * width, n))
+    rows[:, : m * L] = np.moveaxis(matrices, 0, 2).reshape(Q, m * L, n)
     blocks = rows.reshape(Q, -1, width, n)
     q, r, column = np.nonzero(blocks.any(axis=2))
     count = np.zeros((Q, blocks.shape[1]), np.int64)
@@ -55,16 +56,16 @@ def blocks_of(matrices: Array) -> tuple[Any, ...]:
 
 
 @lru_cache(64)  # many structures take the same steps
-def plan_of(steps: Steps, of_rate: bool, held: bool) -> tuple[tuple[Any, ...], list[Array]]:
+def plan_of(steps: Steps, of_rate: bool, some: tuple[bool, ...]) -> tuple[tuple[Any, ...], list[Array]]:
     """What the kernel takes as `plan`, and of each system how the four matrices count for its unknown.
 
-    held: whether the internal force has a linear part.
+    some: which of the matrices have entries.
     """
     V, systems = steps.vectors, steps.systems
     by_system = [list(system.forces) for system in systems]
     every = [(force, system) for system, forces in zip(systems, by_system, strict=True) for force in forces]
     rows = [
-        [s.inertia, s.damping, s.stiffness, sum((f.w * f.u for f in s.forces), np.zeros(V)) * held] for s in systems
+        [s.inertia, s.damping, s.stiffness, sum((f.w * f.u for f in s.forces), np.zeros(V)) * some[3]] for s in systems
     ]
     rows = np.reshape(rows, (-1, 4, V))
     shares = [row[:, s.place] for row, s in zip(rows, systems, strict=True)]
@@ -80,9 +81,12 @@ def plan_of(steps: Steps, of_rate: bool, held: bool) -> tuple[tuple[Any, ...], l
     commits = [(c.u, c.v, c.since) for s in systems for c in s.commits]
     commits.append((steps.report[0], steps.report[1], steps.since))
     u, v, since = (np.array(x) for x in zip(*commits, strict=True))
-    used = np.array([row[:, : s.place].any(axis=1) for row, s in zip(rows, systems, strict=True)])
+    used = np.array([row[:, : s.place].any(axis=1) & some for row, s in zip(rows, systems, strict=True)])
+    guess = [
+        (s.begin - row) / row[s.place] if row[s.place] else np.zeros(V) for row, s in zip(shown, systems, strict=True)
+    ]
     return (
-        rows, used, np.array(iterated), np.array(shown), np.array([s.begin for s in systems]), np.array(velocity),
+        rows, used, np.array(iterated), np.array(shown), np.array(guess), np.array(velocity),
         _firsts(by_system), forces, slopes, _firsts([[*s.commits, *[None] * (s is systems[-1])] for s in systems]),
         np.array([u, v]), since,
         np.array([_answered(steps, of_rate, k, *commit) for k, commit in enumerate(commits)], np.int64),
@@ -113,9 +117,9 @@ def _firsts(parts: Sequence[Sequence[Any]]) -> NDArray[np.int64]:
 
 
 def room_of(steps: Steps, springs: Springs, linear: Array) -> tuple[Any, ...]:
-    """What the kernel writes in: X, the next state and memories; vectors; those of Newton's iteration, and numbers and
-    marks of lanes; the springs' answers to the forces, and their numbers; factors, and whether lanes are factorized
-    together; and what is counted in a step.
+    """What the kernel writes in: X, the next state and memories; vectors of degrees of freedom, of springs and of
+    lanes, and marks of these; the springs' answers to the forces; factors, and whether lanes are factorized together;
+    and what is counted in a step.
 
     linear (lanes, I, n, n): the systems' matrices without springs.
     """
@@ -141,9 +145,10 @@ def room_of(steps: Steps, springs: Springs, linear: Array) -> tuple[Any, ...]:
         np.full((count, size), np.nan),
     )
     return (
-        (*zeros(1, V, width), *zeros(1, S, width), *zeros(1, levels, k)), zeros(3, width),
-        (zeros(7, width), zeros(15, lanes), (*zeros(1, lanes, kind=np.int64), *zeros(4, lanes, kind=np.bool_))),
-        (*zeros(1, F, 4, size), *zeros(1, F, size), *zeros(5, size), *zeros(1, F, k)),
+        (*zeros(1, V, width), *zeros(1, S, width), *zeros(1, levels, k)),
+        (*zeros(1, 9, width), *zeros(1, 5, size), *zeros(1, 15, lanes),
+         (*zeros(1, lanes, kind=np.int64), *zeros(4, lanes, kind=np.bool_))),
+        (*zeros(1, F, 4, size), *zeros(1, F, size), *zeros(1, F, k)),
         (*factors, *orders, *zeros(1, count, lanes, 2, kind=np.int64), *in_use, *zeros(1, count, kind=np.bool_),
          symmetric),
         (*zeros(1, count, lanes, kind=np.int64), *zeros(1, count, lanes), *zeros(1, 1)),
@@ -165,7 +170,7 @@ def _first_like(row: Array, rows: Array) -> int:
 
 
 def springs_of_lanes(every: Sequence[Springs]) -> tuple[Any, ...]:
-    """B in compressed rows, and the laws, as the kernel takes them: springs group by group, and of each its lanes."""
+    """B, and the laws, as the kernel takes them: springs group by group, and of each its lanes."""
     springs, L = every[0], len(every)
     B = springs.compressed
     if len(springs.groups) > 1:
@@ -173,14 +178,16 @@ def springs_of_lanes(every: Sequence[Springs]) -> tuple[Any, ...]:
     laws = zip(*([law for law, _ in one.groups] for one in every), strict=True)
     counts = [len(where) for _, where in springs.groups]
     tables = [
-        np.stack([law.table((count,)) for law in of], axis=1).ravel() for of, count in zip(laws, counts, strict=True)
+        by_name(np.stack([law.table((count,)) for law in of], axis=1)).ravel()
+        for of, count in zip(laws, counts, strict=True)
     ]
     kept = [range(L * len(where) * len(law.memory)) for law, where in springs.groups]
     laws = (
         np.array([address(law.module.evaluate) for law, _ in springs.groups]), _firsts([range(L * n) for n in counts]),
         _firsts(tables), _firsts(kept), np.concatenate(tables),
     )  # fmt: skip
-    return compressed_rows(B), laws
+    rows = np.tile(B.toarray(), (L, 1, 1, 1))
+    return (blocks_of(rows), blocks_of(rows.swapaxes(2, 3)), compressed_rows(B)), laws
 
 
 def compressed_rows(B: Matrix) -> tuple[Array, Array, Array]:
