@@ -25,6 +25,7 @@ from . import (
     jobs_stability,
     jobs_startup,
     jobs_structures,
+    jobs_sweeps,
     report,
     target,
 )
@@ -44,6 +45,7 @@ JOBS = (
     jobs_compiling,
     jobs_commands,
     jobs_structures,
+    jobs_sweeps,
     jobs_modes,
     jobs_choice,
     jobs_laws,

@@ -190,7 +190,7 @@ def single_kernel(name: str, omega: float, xi: float, load: ss.Record, out: Arra
     """The same as `single_lane`, with what the call prepares done once beforehand: a call runs the kernel alone."""
     n = len(out) - 1
     run = linear.prepared(scheme(name), at_rest(np.array([omega]), xi, load), n, load)
-    given, start, loads = run.C[:, 0].copy(), run.x[:, 0].copy(), run.loads.of_all(0, n)
+    (given, start, _), loads = (x[:, 0].copy() for x in run.of(slice(0, 1))), run.loads.of_all(0, n)
 
     def march() -> Array:
         run.march_one(given, start.copy(), *loads, out[1:, :, 0])

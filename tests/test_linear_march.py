@@ -21,7 +21,6 @@ from sympy import Rational
 
 import substep as ss
 from substep.core import threads
-from substep.core.arrays import ALONE, product
 from substep.marching import digital_filter, linear
 from substep.marching.linear import LinearLanes, march_linear
 from substep.marching.oscillators import Oscillators
@@ -300,17 +299,3 @@ def test_a_lane_marched_piece_by_piece_is_the_lane_marched_at_once(
     pieces = ss.march(scene, "newmark_bdf2", dt=0.1, t_end=30.0, stride=stride)
     for name in ("t", "u", "v", "a"):
         assert np.array_equal(getattr(pieces, name), getattr(whole, name))
-
-
-def test_a_product_of_many_columns_is_made_in_parts_that_one_thread_computes(monkeypatch: pytest.MonkeyPatch) -> None:
-    rng, made, matmul = np.random.default_rng(5), [], np.matmul
-    A, X = rng.standard_normal((14, 12)), rng.standard_normal((12, 5000))
-
-    def noted(a: np.ndarray, b: np.ndarray, out: np.ndarray) -> np.ndarray:
-        made.append(len(a) * b.size)
-        return matmul(a, b, out=out)
-
-    monkeypatch.setattr(np, "matmul", noted)
-    np.testing.assert_allclose(product(A, X), np.einsum("mk,kn->mn", A, X), rtol=0.0, atol=1e-13)
-    assert max(made) <= ALONE
-    assert sum(made) == len(A) * X.size

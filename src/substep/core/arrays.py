@@ -44,15 +44,9 @@ def dot(x: Array, y: Array) -> float:
     return float(np.einsum("i,i->", x, y))
 
 
-def product(A: Array, X: Array) -> Array:
-    """A (m, k) times X (k, n) of many columns, in parts that OpenBLAS does not share out among threads; see `dot`."""
-    some = max(ALONE // max(A.size, 1), 1)
-    if X.shape[1] <= some:
-        return A @ X
-    found = np.empty((len(A), X.shape[1]))
-    for part in (slice(first, first + some) for first in range(0, X.shape[1], some)):
-        np.matmul(A, X[:, part], out=found[:, part])
-    return found
+def alike(x: Array) -> bool:
+    """Whether all numbers of a row (P,) are the same, as those of one that is repeated are."""
+    return len(x) == 0 or x.strides == (0,) or bool((x == x[0]).all())
 
 
 def copy_rows(x: Array, to: Array) -> None:

@@ -7,15 +7,16 @@ replaced by h^2 a + 2 xi Omega h v + Omega^2 u at the start, with which the bala
 the amplification matrix of x less the identity, rounded once.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from math import prod
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import Array, common_shape, flat
-from .formulas import evaluated
+from .formulas import at_points, evaluated
 from .scheme_record import SchemeRecord
 from .stability import points
 
@@ -72,10 +73,71 @@ def coefficients(scheme: SchemeRecord, Omega: ArrayLike, xi: ArrayLike) -> tuple
     return D.reshape(-1, m, m), B, y_x.reshape(len(D), R, m), O_f
 
 
-def coefficient_rows(scheme: SchemeRecord, Omega: Array, xi: Array) -> Array:
-    """D, B, O, P as rows (m*m + m*K + R*m + R*K, P) of the `sizes`, for Omega and xi (P,)."""
-    refuse_damping(scheme, xi)
-    return evaluated(scheme.kernels.coefficients, len(Omega), (Omega, xi, *scheme.kernel_parameters))
+def march_rows(
+    scheme: SchemeRecord, lanes: Sequence[Array], within: Array | None, kinds: tuple[int, ...], consistent: bool
+) -> Callable[[slice], tuple[Array, Array, Array]]:
+    """What gives what kernels take of some of P lanes: coefficients C, what is marched x, and u, v, a at the start.
+
+    The rows of C (rows, p) are D, B, O, P of the `sizes`, row by row, then scales. They are for loads f, not
+    h^2 f / mass, and for v, a, not h*v, h^2*a; the scales are 1/h and 1/h^2 for those of v, a that are taken from x.
+    x (k, p): those of u, h*v, h^2*a at the start whose kinds, 0 to 2, are given; u, v, a are (3, p).
+
+    lanes: omega, xi, mass, h, and u, v, a at the start, (P,) each. consistent: the last is not a, but the load, with
+    which the equation of motion gives a. within: None for loads at the scheme's own instants; else these instants (k,),
+    where the loads taken are those at the two ends of a step, within which they are linear.
+    """
+    refuse_damping(scheme, lanes[1])
+    stencil = () if within is None else tuple(within)
+    asked = sizes(scheme), places(scheme), len(stencil), kinds, consistent
+    formulas = _march_formulas(scheme.kernels.coefficients, *asked)
+    at, k = at_points(formulas, [*lanes, *stencil, *scheme.kernel_parameters]), len(kinds)
+
+    def of(some: slice) -> tuple[Array, Array, Array]:
+        rows = at(some)
+        end = len(rows) - 3 - k
+        return rows[:end], rows[end : end + k], rows[end + k :]
+
+    return of
+
+
+@cache
+def _march_formulas(
+    coefficients: Callable[..., Sequence[Any]],
+    sizes: tuple[int, int, int],
+    places: tuple[str, ...],
+    instants: int,
+    kinds: tuple[int, ...],
+    consistent: bool,
+) -> Callable[..., list[Any]]:
+    """The formulas of `march_rows`; instants: how many there are of loads between the ends of a step, or 0."""
+    (m, R, K), outputs = sizes, [kind for kind, place in enumerate(places) if place == "y"]
+
+    def formulas(by: Any, omega: Any, xi: Any, mass: Any, h: Any, u: Any, v: Any, last: Any, *others: Any) -> list[Any]:
+        stencil, parameters = others[:instants], others[instants:]
+        rows = iter(coefficients(by, omega * h, xi, *parameters))
+        sized = (m, m), (m, K), (R, m), (R, K)
+        of_x, of_f, y_x, y_f = ([[next(rows) for _ in range(width)] for _ in range(height)] for height, width in sized)
+        if stencil:
+            of_f, y_f = ([_at_ends(row, stencil) for row in matrix] for matrix in (of_f, y_f))
+        squared = h * h
+        start = u, v, last / mass - omega * omega * u - 2.0 * xi * omega * v if consistent else last
+        marched = [start[kind] * (1.0, h, squared)[kind] for kind in kinds]
+        scale, loaded = (1.0, 1.0 / h, 1.0 / squared), (squared / mass, h / mass, 1.0 / mass)
+        of_f = [[x * loaded[0] for x in row] for row in of_f]
+        y_x = [[x * scale[kind] if kind else x for x in row] for kind, row in zip(outputs, y_x, strict=True)]
+        y_f = [[x * loaded[kind] for x in row] for kind, row in zip(outputs, y_f, strict=True)]
+        scales = [scale[kind] for kind, place in enumerate(places) if place != "y" and kind]
+        return [*(x for matrix in (of_x, of_f, y_x, y_f) for row in matrix for x in row), *scales, *marched, *start]
+
+    return formulas
+
+
+def _at_ends(row: Sequence[Any], stencil: Sequence[Any]) -> list[Any]:
+    """What multiplies loads at the two ends of a step, from what multiplies those at its instants."""
+    first, last = 0.0, 0.0
+    for x, share in zip(row, stencil, strict=False):  # the row may have more, which are 0
+        first, last = first + x * (1.0 - share), last + x * share
+    return [first, last]
 
 
 def transfer_rows(scheme: SchemeRecord, Omega: Array, xi: Array) -> Array:

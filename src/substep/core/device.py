@@ -85,26 +85,27 @@ def found(device: Device | str) -> bool:
     )
 
 
-def march_of_shape(name: str, K: int) -> Callable[..., None]:
+def march_of_shape(name: str, K: int) -> Callable[..., int]:
     """The march of a shape, called as `march_K` of its module for a CPU."""
     kernel = single.here(_march_of_shape(name, K)).march
 
-    def march(C: Array, x: Array, *rest: Any) -> None:
-        *F, forces, start, n, stride, out, peak, first, last = rest
-        common = not forces.size
+    def march(C: Array, x: Array, before: Array, *rest: Any) -> int:
+        *F, forces, start, n, stride, out, peak_u, peak_v, peak_a, begin = rest
+        common, peaks = not forces.size, (peak_u, peak_v, peak_a)
         loads = np.stack([f[:n] for f in F])[..., None] if common else forces
         rows = range(start // stride + 1, n // stride + 1) if len(out) else range(0)
         each = len(C) + len(x) + 3 * (rows.stop + 1) + (0 if common else loads[:, :, 0].size)
-        for some in _parts(first, last, 8 * each, loads.nbytes if common else 0):
-            of_lanes = loads if common else loads[:, :, some.start - first : some.stop - first]
+        for some in _parts(0, x.shape[1], 8 * each, loads.nbytes if common else 0):
+            of_lanes, among = loads if common else loads[:, :, some], slice(begin + some.start, begin + some.stop)
             state, lanes = _there(x[:, some]), some.stop - some.start
-            made, largest = _room((rows.stop, 3, lanes)), _room((3, lanes if peak.size else 0))
+            made, largest = _room((rows.stop, 3, lanes)), _room((3, lanes if peak_u.size else 0))
             _launch(kernel, lanes, _there(C[:, some]), state, _there(of_lanes), start, n, stride, made, largest)
             x[:, some] = state.copy_to_host()
             if rows:
-                out[rows.start : rows.stop, :, some] = made.copy_to_host()[rows.start :]
-            if peak.size:
-                peak[:, some] = largest.copy_to_host()
+                out[rows.start : rows.stop, :, among] = made.copy_to_host()[rows.start :]
+            for row, found, first in zip(peaks if peak_u.size else (), largest.copy_to_host(), before, strict=False):
+                row[among] = np.maximum(found, np.abs(first[some]))
+        return int((~np.isfinite(x)).sum())
 
     return march
 

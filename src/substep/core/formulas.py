@@ -20,12 +20,28 @@ Pair = tuple[Any, Any]  # head and tail
 
 def evaluated(function: Callable[..., Sequence[Any]], P: int, arguments: Sequence[Array]) -> Array:
     """What the function returns (m, P) at P points; arguments: those after the first one, numbers or (P,) each."""
-    program = _program(function)
-    inputs, out = np.empty((len(arguments), P)), np.empty((len(program.outputs), P))
-    for row, values in zip(inputs, arguments, strict=True):
-        row[...] = values
-    loaded("shared.formulas").evaluate(program.operations, program.numbers, program.outputs, program.rows, inputs, out)
-    return out
+    return at_points(function, arguments)(slice(0, P))
+
+
+def at_points(function: Callable[..., Sequence[Any]], arguments: Sequence[Array]) -> Callable[[slice], Array]:
+    """What gives the values (m, p) of the function at some of the points; arguments: as for `evaluated`.
+
+    One that is the same at all points, a number or a row without strides, is read once.
+    """
+    fixed = tuple(not x.ndim or (x.strides == (0,) and len(x) > 0) for x in map(np.asarray, arguments))
+    program, own = _program(function, fixed), [x for x, one in zip(arguments, fixed, strict=True) if not one]
+    numbers = [np.ravel(x)[0] for x, one in zip(arguments, fixed, strict=True) if one]
+    known, evaluate = np.concatenate([program.numbers, numbers]), loaded("shared.formulas").evaluate
+
+    def values(some: slice) -> Array:
+        inputs = np.empty((len(own), some.stop - some.start))
+        for row, x in zip(inputs, own, strict=True):
+            row[:] = x[some]
+        out = np.empty((len(program.outputs), inputs.shape[1]))
+        evaluate(program.operations, known, program.outputs, program.rows, inputs, out)
+        return out
+
+    return values
 
 
 def _paired(kind: str, first: int) -> Callable[..., Pair]:
@@ -162,7 +178,7 @@ class _Record:
 
 @dataclass(frozen=True, eq=False)
 class _Program:
-    """The arguments of the kernel `evaluate`, except for the points."""
+    """Arguments of the kernel `evaluate`, without the points and the numbers that are the same at all of them."""
 
     operations: NDArray[np.int64]
     numbers: Array
@@ -171,13 +187,17 @@ class _Program:
 
 
 @cache
-def _program(function: Callable[..., Sequence[Any]]) -> _Program:
-    """What the function does. A row is used again once its number has been read for the last time."""
+def _program(function: Callable[..., Sequence[Any]], fixed: tuple[bool, ...]) -> _Program:
+    """What the function does with these arguments. A row is used again once its number was read for the last time.
+
+    fixed: which of them are the same at all points; their rows come first.
+    """
     record = _Record()
-    inputs = [record.number() for _ in range(function.__code__.co_argcount - 1)]
+    inputs = [record.number() for _ in fixed]
     outputs = [record.name(x) for x in function(Pairs(record), *inputs)]
     kinds = {name: k for k, name in enumerate(loaded("shared.formulas").OPERATIONS)}
-    row: dict[Any, int] = {name: k for k, name in enumerate([*record.constants, *(x.name for x in inputs)])}
+    names = [x.name for _, x in sorted(zip(fixed, inputs, strict=True), key=lambda pair: not pair[0])]
+    row: dict[Any, int] = {name: k for k, name in enumerate([*record.constants, *names])}
     last = {name: k for k, (_, made, a, b) in enumerate(record.operations) for name in (*made, *a, *b)}
     kept, rows, free = {*row, *outputs}, len(row), list[int]()
     operations = np.zeros((len(record.operations), 7), np.int64)

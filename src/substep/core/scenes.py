@@ -341,8 +341,13 @@ def _functions(name: str) -> ModuleType:
     return committed(f"scenes.{name}") or modules.scene_module(name)
 
 
-def make_scene(info: SceneInfo, values: Mapping[str, Any], a0: ArrayLike | str | None, load: Load | None) -> Scene:
-    """A scene with parameters that have been checked, numbers or (P,)."""
+def make_scene(
+    info: SceneInfo, values: Mapping[str, Any], a0: ArrayLike | str | None, load: Load | None, later: bool = False
+) -> Scene:
+    """A scene with parameters that have been checked, numbers or (P,).
+
+    later: an acceleration at the start that is to follow from the equation of motion is left to who marches it, NaN.
+    """
     if load is not None and not info.sampled:
         raise ValueError(
             f"expected no load for {info.name}, got one; its load is part of its declaration, so leave it out"
@@ -354,7 +359,8 @@ def make_scene(info: SceneInfo, values: Mapping[str, Any], a0: ArrayLike | str |
         )
     swept = [*values.values(), *(load.parameters.values() if isinstance(load, LoadLanes) else ())]
     lanes = np.broadcast_shapes(*map(np.shape, swept))
-    u0, v0, given = (None if x is None else _joined(x, lanes) for x in info.start(*values.values()))
+    joined = _spread if lanes and len(info.coordinates) == 1 else _joined
+    u0, v0, given = (None if x is None else joined(x, lanes) for x in info.start(*values.values()))
     assert u0 is not None
     assert v0 is not None
     draft = Scene(info, MappingProxyType(dict(values)), u0, v0, u0, load, a0)
@@ -363,12 +369,18 @@ def make_scene(info: SceneInfo, values: Mapping[str, Any], a0: ArrayLike | str |
             one = Scene(info, {name: x[where] if np.ndim(x) else x for name, x in values.items()}, u0, v0, u0, load)
             one.require_allowed(u0[where], v0[where])
     wanted = a0 if a0 is not None else "consistent" if given is None else given
-    return replace(draft, a0=_acceleration(draft, wanted))
+    later = later and isinstance(wanted, str)
+    return replace(draft, a0=np.broadcast_to(np.nan, u0.shape) if later else _acceleration(draft, wanted))
 
 
 def _remade(source: Any, parameters: dict[str, Any], a0: ArrayLike | str | None, load: Load | None) -> Scene:
     """A scene from what a pickled one keeps."""
     return make_scene(scene_info(source, {}), parameters, a0, load)
+
+
+def _spread(component: Sequence[Any], lanes: tuple[int, ...]) -> Array:
+    """A number or an array, of the one component, as an array (*lanes, 1), without a copy."""
+    return np.broadcast_to(np.asarray(component[0], np.float64), lanes)[..., None]
 
 
 def _joined(components: Sequence[Any], lanes: tuple[int, ...]) -> Array:

@@ -5,7 +5,7 @@ where a kernel reads them.
 """
 
 import math
-from collections.abc import Generator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cache
@@ -63,7 +63,12 @@ def here(module: ModuleType) -> ModuleType:
 
 def rounded(x: Array) -> Any:
     """An array as it is, or as float32 where single precision is asked for."""
-    return x.astype(np.float32) if _on.get() else x
+    return rounding()(x)
+
+
+def rounding() -> Callable[[Array], Any]:
+    """What `rounded` does here, for other threads too."""
+    return (lambda x: x.astype(np.float32)) if _on.get() else (lambda x: x)
 
 
 def sample(runs: NDArray[np.int64], failed: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -1,7 +1,7 @@
 """Work spread over the cores this process may use, by threads: kernels release the interpreter's lock."""
 
 import os
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -39,6 +39,11 @@ def _pool(threads: int) -> ThreadPoolExecutor:
 
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_pool.cache_clear)  # a forked process has the pool, but not its threads
+
+
+def ranges(first: int, last: int, size: int) -> Iterator[slice]:
+    """Ranges of that size, the last of which may be shorter, that together cover first to last."""
+    return (slice(begin, min(begin + size, last)) for begin in range(first, last, size))
 
 
 def spread(part: Callable[[int, int], None], size: int, block: int, *, nanoseconds: float) -> None:

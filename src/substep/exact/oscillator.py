@@ -83,7 +83,9 @@ def _march(
     nothing, to, f = np.empty((2, 0, 1)), np.empty((0, 3, P)) if out is None else out, read_only(samples)
 
     def part(first: int, last: int) -> None:
-        march(C, x, f[:-1], f[1:], nothing, 0, n, stride, to, peak, first, last)
+        own, state = (np.ascontiguousarray(some[:, first:last]) for some in (C, x))
+        at_rest = np.zeros((3, last - first))
+        march(own, state, at_rest, f[:-1], f[1:], nothing, 0, n, stride, to, *peak, first)
 
     with single.on("float64"):
         march = device.march_of_shape("linear_march_2_01y", 2) if device.is_on() else march_2

@@ -18,10 +18,19 @@ def with_absolute(o: Oscillators, found: Array) -> Array:
     return np.stack([u, v, 2.0 * o.xi * o.omega * v + o.omega**2 * u], axis=-2)
 
 
-def absolute_rows(scheme: Scheme, C: Array, o: Oscillators, K: int) -> tuple[str, Array]:
-    """The shape of a march that carries no acceleration, and its coefficients for 2 xi omega v + omega^2 u instead.
+def absolute_shape(scheme: Scheme) -> str:
+    """The shape of a march that carries no acceleration; v is carried where a committed shape does so."""
+    places, m = coefficients.places(scheme), len(coefficients.marched(scheme))
+    shape = coefficients.march_name(m, (*places[:2], "y"))
+    if places[1] != "y" and committed(f"marches.{shape}") is not None:
+        return shape
+    return coefficients.march_name(m, (places[0], "y", "y"))
 
-    C: those of the scheme's own march for K loads a step. v is carried where a committed shape does so.
+
+def absolute_rows(scheme: Scheme, C: Array, o: Oscillators, K: int) -> Array:
+    """Coefficients of a march of `absolute_shape` for 2 xi omega v + omega^2 u in place of the acceleration.
+
+    C: those of the scheme's own march for K loads a step.
     """
     places, m, P = coefficients.places(scheme), len(coefficients.marched(scheme)), C.shape[1]
     R = places.count("y")
@@ -31,10 +40,7 @@ def absolute_rows(scheme: Scheme, C: Array, o: Oscillators, K: int) -> tuple[str
     others = iter(reported)
     u, v, _ = (next(others) if p == "y" else ahead[int(p)] / o.dt**kind for kind, p in enumerate(places))
     force = 2.0 * o.xi * o.omega * v + o.omega**2 * u
-    shape = coefficients.march_name(m, (*places[:2], "y"))
-    carries_v = places[1] != "y" and committed(f"marches.{shape}") is not None
-    if not carries_v:
-        shape = coefficients.march_name(m, (places[0], "y", "y"))
+    carries_v = places[1] != "y" and absolute_shape(scheme) == coefficients.march_name(m, (*places[:2], "y"))
     outputs = [u] * (places[0] == "y") + [v] * (not carries_v) + [force]
     rows = [D, B, *(row[:m] for row in outputs), *(row[m:] for row in outputs), *[1.0 / o.dt[None]] * carries_v]
-    return shape, np.ascontiguousarray(np.concatenate(rows))
+    return np.ascontiguousarray(np.concatenate(rows))

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..core import device, single
-from ..core.arrays import Array
+from ..core.arrays import Array, alike
 from ..core.coefficients import transfer_rows
 from ..core.loads import Load, Record
 from ..core.schemes import Scheme
@@ -20,13 +20,19 @@ NANOSECONDS = 0.125  # for a step of a lane
 
 
 def peaks_from_rest(
-    scheme: Scheme, o: Oscillators, n: int, load: Load | None, followed: int, absolute: bool = False
+    scheme: Scheme,
+    o: Oscillators,
+    n: int,
+    load: Load | None,
+    followed: int,
+    absolute: bool = False,
+    consistent: bool = False,
 ) -> Array | None:
     """Largest |u| (1, P), or |u|, |v|, |a| (3, P), over n steps; followed: 1 or 3; None without a filter.
 
-    absolute: |2 xi omega v + omega^2 u| in place of |a|.
+    absolute: |2 xi omega v + omega^2 u| in place of |a|. consistent: as for `march_linear`.
     """
-    T = filter_of(scheme, o, n, load)
+    T = filter_of(scheme, o, n, load, consistent)
     if T is None or not isinstance(load, Record):
         return None
     if absolute:  # in which u = scale*(q + k0 e0 + k1 e1 + ...)
@@ -37,7 +43,7 @@ def peaks_from_rest(
     return filter_peaks(T, scheme.kernels.FILTER, load.samples[: n + 1], followed)
 
 
-def filter_of(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> Array | None:
+def filter_of(scheme: Scheme, o: Oscillators, n: int, load: Load | None, consistent: bool = False) -> Array | None:
     """The filter (4*order + 2, P) from the load f, not h^2 f / mass, to u, v, a; None where none gives n steps.
 
     There is none for a scheme of high order (FILTER is 0), for one that another scheme starts, and for one that takes a
@@ -51,8 +57,8 @@ def filter_of(scheme: Scheme, o: Oscillators, n: int, load: Load | None) -> Arra
     if (
         scheme.info.start == "scheme"
         or any(scheme.kernels.START_STENCIL)
-        or o.start.any()
-        or (o.dt != dt).any()
+        or any(x.any() for x in o.start[: 2 if consistent else 3])  # the load begins with 0, and so a at rest
+        or not alike(o.dt)
         or not scheme.loaded_within
     ):
         return None

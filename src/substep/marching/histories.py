@@ -32,7 +32,7 @@ def histories(
     overflows goes on with infinities or NaN.
     """
     P = len(o.omega)
-    yield 0, o.start[None]
+    yield 0, np.array(o.start)[None]
     if not n or not P:
         return
     r = prepared(scheme, o, n, load, begin=begin)
@@ -48,14 +48,15 @@ def histories(
             (read_only(np.empty(0)),) * r.loads.K,
             np.zeros((r.loads.K, most, P)),
         )
-    block, nothing = np.empty((most + 1, 3, P)), np.empty((3, 0))
+    block, nothing = np.empty((most + 1, 3, P)), [np.empty(0)] * 3
+    C, x, start = r.of(slice(0, P))
     for done, end, base, pace in pieces(r.first, n, stride, most):
         if room.size:
             loads.of_each(base, end, slice(0, P), room)
         r.march_lanes(
-            r.C, r.x, *(f[base:end] for f in shared), room, done - base, end - base, pace, block, nothing, 0, P
+            C, x, start, *(f[base:end] for f in shared), room, done - base, end - base, pace, block, *nothing, 0
         )  # fmt: skip
         if end == n and last is not None:
-            last[:] = r.x
+            last[:] = x
         if count := end // stride - done // stride:
             yield done // stride + 1, block[1 : 1 + count]

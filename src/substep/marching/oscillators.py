@@ -6,7 +6,7 @@ from ..core.arrays import Array
 
 
 class Oscillators(NamedTuple):
-    """P oscillators and their steps: omega (rad/s), xi, mass and dt (s), (P,) each; start: u, v, a at t = 0, (3, P).
+    """P oscillators and their steps: omega (rad/s), xi, mass and dt (s), (P,) each; start: u, v, a at t = 0, (P,) each.
 
     mass: what the load is divided by.
     """
@@ -15,8 +15,13 @@ class Oscillators(NamedTuple):
     xi: Array
     mass: Array
     dt: Array
-    start: Array
+    start: Array | list[Array]  # rows
 
     def lane(self, j: int) -> "Oscillators":
         """Oscillator j alone, P = 1."""
-        return Oscillators(*(x[..., j : j + 1] for x in self))
+        return self.lanes(slice(j, j + 1))
+
+    def lanes(self, some: slice) -> "Oscillators":
+        """Some of the oscillators."""
+        omega, xi, mass, dt = (x[some] for x in (self.omega, self.xi, self.mass, self.dt))
+        return Oscillators(omega, xi, mass, dt, [x[some] for x in self.start])

@@ -366,23 +366,23 @@ def march_oscillators(
     bound: float = math.inf,
     stride: int = 1,
     keep: Literal["history", "peak"] = "history",
+    peaks: Sequence[Array] | None = None,
 ) -> LinearLanes:
     """P runs of n steps of a linear oscillator's scene; parameters of scene, load and scheme may be arrays (P,).
 
-    start, begin: as for `march_lanes` of scenes. bound, J: a lane ends before the first state whose energy exceeds it;
-    with a bound all histories are in memory at once.
+    start, begin: as for `march_lanes` of scenes. peaks: as for `march_linear`, if there is no bound. bound, J: a lane
+    ends before the first state whose energy exceeds it; with a bound all histories are in memory at once.
     """
     assert scene.info.oscillator is not None
-    values, vectors = np.empty((4, P)), np.empty((3, P))
-    for row, x in zip(values, (*scene.info.oscillator(*scene.parameters.values()), dt), strict=True):
-        row[:] = x
-    for row, x in zip(vectors, start or (scene.u0, scene.v0, scene.a0), strict=True):
-        row[:] = x[..., 0]
-    omega, xi, mass, steps = values
+    values = scene.info.oscillator(*scene.parameters.values())
+    omega, xi, mass, steps = (np.broadcast_to(np.asarray(x, np.float64), P) for x in (*values, dt))
+    consistent = start is None and (scene.a0_asked is None or isinstance(scene.a0_asked, str))
+    vectors = [np.broadcast_to(x[..., 0], P) for x in start or (scene.u0, scene.v0, scene.a0)]
     o = Oscillators(omega, xi, mass, steps, vectors)
+    more: dict[str, Any] = {"begin": begin, "consistent": consistent}
     if bound == math.inf:
-        return march_linear(scheme, o, n, scene.load, stride=stride, keep=keep, begin=begin)
-    lanes = march_linear(scheme, o, n, scene.load, begin=begin)
+        return march_linear(scheme, o, n, scene.load, stride=stride, keep=keep, peaks=peaks, **more)
+    lanes = march_linear(scheme, o, n, scene.load, **more)
     u, v = (lanes.out[:, kind].T[..., None] for kind in (0, 1))
     beyond = scene.energy(dt * np.arange(n + 1.0), u, v) > bound  # False after n_done, where it is NaN
     ended = beyond.any(axis=1)

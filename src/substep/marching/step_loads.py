@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..core.arrays import Array, read_only
+from ..core.arrays import Array, alike, read_only
 from ..core.loads import Load, LoadLanes, Record, is_known, values_at
 from ..run.clock import AT_ZERO, Begin
 
@@ -35,12 +35,12 @@ class StepLoads:
     @property
     def shared(self) -> bool:
         """Whether all lanes have the same loads."""
-        return self._same_instants and bool((self.excess == self.excess[0]).all())
+        return self._same_instants and alike(self.excess)
 
     @property
     def _same_instants(self) -> bool:
         """Whether all lanes have the same load at the same instants, so that they differ by the excess at most."""
-        return self.stencil.ndim == 1 and not isinstance(self.load, LoadLanes) and bool((self.dt == self.dt[0]).all())
+        return self.stencil.ndim == 1 and not isinstance(self.load, LoadLanes) and alike(self.dt)
 
     def of_all(self, begin: int, end: int) -> tuple[Array, ...]:
         """The loads (end - begin,) at each of the K instants of steps begin to end - 1, where lanes share them."""
@@ -70,7 +70,7 @@ class StepLoads:
         else:
             load = self.load.lanes(lanes) if isinstance(self.load, LoadLanes) else self.load
             stencil = self.stencil if self.stencil.ndim == 1 else self.stencil[lanes].T
-            dt = self.dt[:1] if bool((self.dt == self.dt[0]).all()) else self.dt[lanes]
+            dt = self.dt[:1] if alike(self.dt) else self.dt[lanes]
             values = _at_stencil(load, stencil, dt, self.begin, begin, end)
         for k, value in enumerate(values):
             room[k, : end - begin] = value

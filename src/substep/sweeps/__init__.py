@@ -195,10 +195,13 @@ def _require_room(variables: Mapping[str, Variable], shape: tuple[int, ...]) -> 
 
 
 def _targets(variables: Mapping[str, Variable], shape: tuple[int, ...]) -> dict[str, Array]:
-    """Where the results of each variable go. Only the status begins with its fill value: chunks left are reset."""
+    """Where the results of each variable go: zeros, which take no memory before they are written to.
+
+    Only the status begins with its fill value: chunks that are left are reset.
+    """
     shapes = {name: (*shape, *v.sizes) for name, v in variables.items()}
     return {
-        name: np.full(shapes[name], v.fill) if name == "status" else np.empty(shapes[name], v.fill.dtype)
+        name: np.full(shapes[name], v.fill) if name == "status" else np.zeros(shapes[name], v.fill.dtype)
         for name, v in variables.items()
     }
 
@@ -272,8 +275,12 @@ def _fill(
 
 
 def _is_there(found: Any, target: Any, chunk: Chunk) -> bool:
-    """Whether the results of a chunk were put into the target itself."""
-    return isinstance(target, np.ndarray) and np.may_share_memory(found, cast("Array", target)[chunk.where])
+    """Whether the results of a chunk were put into the target itself, or are one zero, as it begins with."""
+    if not isinstance(target, np.ndarray):
+        return False
+    there = cast("Array", target)[chunk.where]
+    zeros = found.size > 0 and not any(found.strides) and found.flat[0] == 0 == there.flat[0]
+    return bool(zeros) or np.may_share_memory(found, there)
 
 
 def _reset(targets: Mapping[str, Any], variables: dict[str, Variable], chunk: Chunk) -> None:

@@ -43,21 +43,27 @@ def march_group(plan: SweepPlan, scene: Scene, scheme: Scheme, step: Any, P: int
         march = _oscillators if scene.info.oscillator else _others
         marched = march(plan, scene, scheme, step, n, stride, P, room)
         marched.kept["n_done"] = marched.done
+    newton, done = marched.newton, marched.done
+    if not (newton.strides[0] or done.strides[0]):  # one for all lanes
+        newton, done = newton[:1], done[:1]
     with np.errstate(invalid="ignore"):
-        mean = marched.newton[:, 0] / marched.done[:, None]  # NaN if no step was completed
-    of_newton = {"newton_iterations": mean, "newton_most": marched.newton[:, 1]}
+        mean = newton[:, 0] / done[:, None]  # NaN if no step was completed
+    of_newton = {"newton_iterations": np.broadcast_to(mean, (P, mean.shape[1])), "newton_most": marched.newton[:, 1]}
     return {**marched.kept, **of_newton, "status": marched.status.astype(np.int8)}
 
 
 def _oscillators(
-    plan: SweepPlan, scene: Scene, scheme: Scheme, dt: float, n: int, stride: int, P: int, _: Results
+    plan: SweepPlan, scene: Scene, scheme: Scheme, dt: float, n: int, stride: int, P: int, room: Results
 ) -> Marched:  # fmt: skip
     """March linear oscillators."""
     keep = "peak" if plan.keep == "peak" else "history"
-    lanes = march_oscillators(scene, scheme, dt, n, P, bound=plan.bound, stride=stride, keep=keep)
-    of_march = np.zeros((P, 2, scheme.balances), dtype=np.int64), lanes.n_done, lanes.status
+    peaks = [room[f"peak_{name}"].reshape(P) for name in "uva"] if room and keep == "peak" else None
+    peaks = None if plan.bound < math.inf else peaks
+    lanes = march_oscillators(scene, scheme, dt, n, P, bound=plan.bound, stride=stride, keep=keep, peaks=peaks)
+    of_march = np.broadcast_to(np.int64(0), (P, 2, scheme.balances)), lanes.n_done, lanes.status
     if keep == "peak":
-        return Marched({f"peak_{name}": x[:, None] for name, x in zip("uva", lanes.peak, strict=True)}, *of_march)
+        found = peaks or lanes.peak
+        return Marched({f"peak_{name}": x[:, None] for name, x in zip("uva", found, strict=True)}, *of_march)
     t, first = np.arange(len(lanes.out)) * (stride * dt), int(plan.keep == "final")
     u, v, a = (lanes.out[first:, kind].T[..., None] for kind in range(3))
     found = {"u": u, "v": v, "a": a, "energy": scene.energy(t[first:], u, v)}

@@ -25,7 +25,7 @@ def compared(plan: ScenePlan, ds: "xarray.Dataset") -> "xarray.Dataset":
     if not len(made):
         return ds
     points = sample(made, made[status[made] != STATUSES.index("completed")])
-    double = plan.at(points, {})
+    double = plan.at(points)
     where = np.unravel_index(points, plan.shape) if plan.dims else ()
     some = ds[list(double)].isel({name: named("run", i, {}) for name, i in zip(plan.dims, where, strict=True)})
     errors, single = dict[str, float](), dict[str, Any]()

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..core.arrays import named
-from ..core.device import Device, found, is_on
+from ..core.device import Device, found
 from ..core.errors import real_array, real_number, whole
 from ..core.loads import Load, LoadLanes, Record, as_numbers, is_known
 from ..core.scene_catalogue import WITH_LAW, checked_parameters, scene_info
@@ -39,10 +39,10 @@ if TYPE_CHECKING:
 MEMORY = 64e6  # bytes that a chunk takes while it is run
 LANE_STEPS = {True: 5e7, False: 4e6}  # linear march or not -> steps of all lanes of a chunk: about 0.2 s on one core
 TO_EVENTS = 2e3  # the same where steps end at events, which Python runs
-NEAR = 1 << 15  # oscillators of a chunk that are run at a time: arrays of more leave the cache of a core
 ON_DEVICE = 1e9  # the same for a chunk that a GPU runs, whose threads are 10^5 lanes at once
 SINCE = "since"  # an argument of kernels that take the time itself, which would lose its digits in single precision
 CHOSEN_STEPS = 2000  # taken for the number of steps of a run that chooses them
+Index = NDArray[np.int64] | slice | int  # of points along a dimension
 FOR_A_CLUSTER = 2e6  # fewest such steps of a chunk for another process: sending it must take little of the time
 
 
@@ -112,26 +112,34 @@ class ScenePlan(SweepPlan):
 
     def run(self, first: int, last: int, room: Results) -> Results:
         """See `SweepPlan.run`."""
-        points = np.arange(first, last)
-        if not self.oscillator or self.by_tol or is_on() or len(points) <= NEAR:
-            return self.at(points, room)
-        every = dict(room)
-        for some in (slice(k, k + NEAR) for k in range(0, len(points), NEAR)):
-            for name, x in self.at(points[some], {}).items():
-                every.setdefault(name, np.empty((len(points), *x.shape[1:]), x.dtype))[some] = x
-        return every
+        return self._marched(self._along(first, last), last - first, room)
 
-    def at(self, points: NDArray[np.int64], room: Results) -> Results:
+    def at(self, points: NDArray[np.int64]) -> Results:
         """The same of any points."""
+        return self._marched(self._indices(points), len(points), {})
+
+    def _marched(self, on: Mapping[str, Index], P: int, room: Results) -> Results:
+        """Results of P points given by their index along each dimension."""
         found: Results = {}
-        for places, scene, scheme, step in self.groups(points):
-            whole = len(places) == len(points)
-            group = march_group(self, scene, scheme, step, len(places), room if whole else {})
-            if whole:
-                return group
-            for name, values in group.items():
-                found.setdefault(name, np.empty((len(points), *values.shape[1:]), values.dtype))[places] = values
+        for places, scene, scheme, step in self.groups(on):
+            if places is None:
+                return march_group(self, scene, scheme, step, P, room)
+            for name, values in march_group(self, scene, scheme, step, len(places), {}).items():
+                found.setdefault(name, np.empty((P, *values.shape[1:]), values.dtype))[places] = values
         return found
+
+    def _indices(self, points: NDArray[np.int64]) -> dict[str, Index]:
+        """The index of points along each dimension."""
+        return dict(zip(self.dims, np.unravel_index(points, (1, *self.shape))[1:], strict=True))
+
+    def _along(self, first: int, last: int) -> dict[str, Index]:
+        """The same of the points first to last - 1: where they lie in one row, numbers and then a range."""
+        *outer, size = self.shape or (1,)
+        row, start = divmod(first, size)
+        if not self.shape or start + last - first > size or [*self.dims][-1] in self._common:
+            return self._indices(np.arange(first, last))
+        of_row = np.unravel_index(row, (1, *outer))[1:]
+        return dict(zip(self.dims, [*map(int, of_row), slice(start, start + last - first)], strict=True))
 
     @cached_property
     def scheme_of_all(self) -> Scheme:
@@ -174,38 +182,49 @@ class ScenePlan(SweepPlan):
         parameter = of.parameters[axis.key] if axis.key in of.parameters else scheme.families[axis.key].argument
         return partial(parameter.inside, f"parameter {axis.key} of {of.name}")
 
-    def groups(self, points: NDArray[np.int64]) -> Iterator[tuple[NDArray[np.int64], Scene, Scheme, Any]]:
-        """The points in groups that can be the lanes of one march: their places, scene, scheme, and dt or tol.
+    @cached_property
+    def _common(self) -> tuple[str, ...]:
+        """The dimensions along which points of one march do not differ.
 
-        Points of a group share the step, and a load of the user's own. Where they choose their steps, they share the
-        load and the scheme's parameters, on which its estimate depends.
+        They share the step, and a load of the user's own. Where they choose their steps, they share the load and the
+        scheme's parameters, on which its estimate depends.
         """
-        on = dict(zip(self.dims, np.unravel_index(points, (1, *self.shape))[1:], strict=True))
-        at = {axis: on[axis.dim] for axis in self.axes}
         common = ("scheme", "load") if self.by_tol else ("step",) if is_known(self.load) else ("step", "load")
-        keys = [on[dim] for dim in dict.fromkeys(axis.dim for axis in self.axes if axis.owner in common)]
-        if not keys:
-            yield np.arange(len(points)), *self._lanes(at)
-            return
-        order = np.lexsort(keys)
-        changes = [np.diff(key[order]) != 0 for key in keys]
-        for places in np.split(order, np.flatnonzero(np.any(changes, axis=0)) + 1):
-            yield places, *self._lanes({axis: index[places] for axis, index in at.items()})
+        return tuple(dict.fromkeys(axis.dim for axis in self.axes if axis.owner in common))
 
-    def _lanes(self, at: Mapping[Axis, NDArray[np.int64]]) -> tuple[Scene, Scheme, Any]:
+    def groups(self, on: Mapping[str, Index]) -> Iterator[tuple[NDArray[np.int64] | None, Scene, Scheme, Any]]:
+        """Points in groups that can be the lanes of one march: their places, scene, scheme, and dt or tol.
+
+        on: the index of the points along each dimension. The places are None where there is one group.
+        """
+        at = {axis: on[axis.dim] for axis in self.axes}
+        keys = [index for dim, index in on.items() if dim in self._common and isinstance(index, np.ndarray)]
+        order = np.lexsort(keys) if keys else np.arange(0)
+        begins = np.flatnonzero(np.any([np.diff(key[order]) for key in keys], axis=0)) + 1 if keys else ()
+        if not len(begins):
+            yield None, *self._lanes(at)
+            return
+        for places in np.split(order, begins):
+            some = {axis: index[places] if isinstance(index, np.ndarray) else index for axis, index in at.items()}
+            yield places, *self._lanes(some)
+
+    def _lanes(self, at: Mapping[Axis, Index]) -> tuple[Scene, Scheme, Any]:
         """Scene and scheme of points given by their index on each axis, arrays for what is swept; and dt or tol."""
-        one = {owner: self.values(owner, {a: i[0] for a, i in at.items()}) for owner in get_args(Owner)}
-        load = self.load
-        if one["load"] and is_known(load) and not self.by_tol:
+        first = {a: i.start if isinstance(i, slice) else i if isinstance(i, int) else i[0] for a, i in at.items()}
+        one = {owner: self.values(owner, first) for owner in get_args(Owner)}
+        load, of_load = self.load, self.values("load", at)
+        if any(map(np.ndim, of_load.values())) and is_known(load) and not self.by_tol:
             own = {f.name: getattr(load, f.name) for f in fields(load)}  # type: ignore[arg-type]
-            load = LoadLanes(type(load), {**own, **self.values("load", at)})  # type: ignore[arg-type]
-        elif one["load"]:
+            load = LoadLanes(type(load), {**own, **of_load})  # type: ignore[arg-type]
+        elif of_load:
             load = replace(load, **{name: float(x) for name, x in one["load"].items()})  # type: ignore[type-var]
-        info = scene_info(self.scene, {})
-        scene = make_scene(info, checked_parameters(info, self.values("scene", at), real_array), self.a0, load)
-        if self.by_tol:
-            return scene, make_scheme(self.scheme, **one["scheme"]), self.values("step", at)["tol"]
-        return scene, make_scheme(self.scheme, **self.values("scheme", at)), float(one["step"]["dt"])
+        own = {key: x if np.ndim(x) else float(x) for key, x in self.values("scene", at).items()}
+        values, later = {**self.scene_of_one.parameters, **own}, self.oscillator and not self.by_tol
+        scene = make_scene(self.scene_of_one.info, values, self.a0, load, later)
+        of_scheme = one["scheme"] if self.by_tol else self.values("scheme", at)
+        swept = any(axis.owner == "scheme" for axis in self.axes)
+        scheme = make_scheme(self.scheme, **of_scheme) if swept else self.scheme_of_all
+        return scene, scheme, self.values("step", at)["tol"] if self.by_tol else float(one["step"]["dt"])
 
     def piece(self, cluster: bool) -> tuple[int, ...]:
         """Shape of a chunk: one value of each leading axis, a piece of one axis, the whole of each trailing axis."""

@@ -6,11 +6,12 @@ u, h*v, h^2*a of the new step are {reported}. Lanes are marched in blocks of {wi
 the inner one. All numbers of a block are in one array s, with a row of {width} for each number of a lane. The number at
 the end of a function's name is the number of load instants a step.
 
-march_... marches the lanes begin to end - 1 from step start to step n. C: a row for each entry of D, B, O, P, then
-scales of what is reported. x ({m}, P): the state at step start, replaced by that at step n. F0, ... (n,): the load at
-each instant of a step where all lanes share it; forces: where each has its own; both may be longer, and the one not
-used is empty. out (n // stride + 1, 3, P): u, v, a every stride steps, rows up to step start left to the caller; or
-(0, 3, P). peak (3, P): largest |u|, |v|, |a| after step start; or (3, 0).
+march_... marches p lanes from step start to step n. C: a row for each entry of D, B, O, P, then scales of what is
+reported. x ({m}, p): the state at step start, replaced by that at step n. F0, ... (n,): the load at each instant of a
+step where all lanes share it; forces: where each has its own; both may be longer, and the one not used is empty. out
+and peaks are those of more lanes, of which these are the ones from `begin` on. out (n // stride + 1, 3, P): u, v, a
+every stride steps, rows up to step start left to the caller; or (0, 3, P). peak_u, peak_v, peak_a (P,): take the
+largest |u|, |v|, |a| of these steps and of `before` (3, p); or (0,). Returns how many numbers of x are not finite.
 
 run_... marches one lane n steps; out (n, 3): u, v, a of each. What a number of x changes by is added to its own share
 of the step: no sum waits for a longer chain of others.
@@ -75,46 +76,49 @@ def _history_{K}(s, rows, {F}, i):
 
 
 @_compile
-def march_{K}(C, x, {F}, forces, start, n, stride, out, peak, begin, end):
-    """March lanes; C ({given}, P) ends with {scales}; {F} (n,), forces ({K}, n, end - begin)."""
-    lanes, steps_loaded, loaded = x.shape[1], forces.shape[1], forces.shape[2]
-    given, state, loads = C.reshape(-1), x.reshape(-1), forces.reshape(-1)
-    values, largest = out.reshape(-1), peak.reshape(-1)
-    all_steps = stride == 1 and values.size > 0 and largest.size == 0 and loads.size == 0
+def march_{K}(C, x, before, {F}, forces, start, n, stride, out, peak_u, peak_v, peak_a, begin):
+    """March lanes; C ({given}, p) ends with {scales}; {F} (n,), forces ({K}, n, p)."""
+    lanes, p, steps_loaded, loaded = out.shape[2], x.shape[1], forces.shape[1], forces.shape[2]
+    given, state, loads, values = C.reshape(-1), x.reshape(-1), forces.reshape(-1), out.reshape(-1)
+    earlier, largest, followed, failed = before.reshape(-1), (peak_u, peak_v, peak_a), 3 if peak_u.size > 0 else 0, 0
+    all_steps = stride == 1 and values.size > 0 and followed == 0 and loads.size == 0
     room = np.empty(BLOCKS * ({rows} + 3 * {steps_at_once}) * {width} + 8)
     blocks = room[-(room.ctypes.data >> 3) & 7 :]  # from the start of a cache line
     rows = blocks[BLOCKS * {rows} * {width} :]
-    for side in range(begin, end, BLOCKS * {width}):
-        beyond, i = min(side + BLOCKS * {width}, end), start
+    for side in range(0, p, BLOCKS * {width}):
+        beyond, i = min(side + BLOCKS * {width}, p), start
         blocks[:] = 0.0
         for first in range(side, beyond, {width}):
-            s, size = blocks[(first - side) * {rows} :], min({width}, end - first)
+            s, size = blocks[(first - side) * {rows} :], min({width}, p - first)
             for r in range({m}):
                 for j in range(size):
-                    s[r * {width} + j] = state[r * lanes + first + j]
+                    s[r * {width} + j] = state[r * p + first + j]
             for r in range({given}):
                 for j in range(size):
-                    s[({before} + r) * {width} + j] = given[r * lanes + first + j]
+                    s[({before} + r) * {width} + j] = given[r * p + first + j]
+            for r in range(followed):
+                for j in range(size):
+                    s[({peaks} + r) * {width} + j] = abs(earlier[r * p + first + j])
         while all_steps and i + {steps_at_once} <= n:
             for first in range(0, beyond - side, {width}):
                 _history_{K}(blocks[first * {rows} :], rows[first:], {F}, i)
             for r in range(3 * {steps_at_once}):
                 at = (BLOCKS * {rows} + r * BLOCKS) * {width}
-                store(values, (3 * (i + 1) + r) * lanes + side, blocks, at, beyond - side)
+                store(values, (3 * (i + 1) + r) * lanes + begin + side, blocks, at, beyond - side)
             i += {steps_at_once}
         then = i
         for first in range(side, beyond, {width}):
-            s, size, i = blocks[(first - side) * {rows} :], min({width}, end - first), then
+            s, size, i = blocks[(first - side) * {rows} :], min({width}, p - first), then
             while i < n:
-                steps, at = min(stride - i % stride, n - i), 3 * lanes * (i // stride + 1) + first
+                steps, at = min(stride - i % stride, n - i), 3 * lanes * (i // stride + 1) + begin + first
                 if loads.size > 0:
                     for k in range(i, i + steps):
                         for r in range({K}):
-                            place = min(max((r * steps_loaded + k) * loaded + first - begin, 0), FAR)
+                            place = min(max((r * steps_loaded + k) * loaded + first, 0), FAR)
                             for j in range(size):
                                 s[({own} + r) * {width} + j] = loads[place + j]
                         _own_loads_{K}(s)
-                elif largest.size > 0:
+                elif followed > 0:
                     _peaks_{K}(s, {F}, i, steps)
                 else:
                     _final_{K}(s, {F}, i, steps)
@@ -123,11 +127,12 @@ def march_{K}(C, x, {F}, forces, start, n, stride, out, peak, begin, end):
 {takes}
             for r in range({m}):
                 for j in range(size):
-                    state[r * lanes + first + j] = s[r * {width} + j]
-            if largest.size > 0:
-                for r in range(3):
-                    for j in range(size):
-                        largest[r * lanes + first + j] = s[({peaks} + r) * {width} + j]
+                    state[r * p + first + j] = s[r * {width} + j]
+                    failed += 1 if s[r * {width} + j] - s[r * {width} + j] != 0.0 else 0
+            for r in range(followed):
+                for j in range(size):
+                    largest[r][begin + first + j] = s[({peaks} + r) * {width} + j]
+    return failed
 '''
 
 RUN = '''
