@@ -267,7 +267,7 @@ def test_no_lanes_and_no_steps() -> None:
     nobody = Oscillators(*(x[..., :0] for x in o))
     assert march_linear(s, nobody, N).out.shape == (N + 1, 3, 0)
     assert np.array_equal(march_linear(s, o, 0).out, o.start[None])
-    assert np.array_equal(march_linear(s, o.lane(3), 0).out, o.lane(3).start[None])
+    assert np.array_equal(march_linear(s, o.lane(3), 0).out, np.array(o.lane(3).start)[None])
     assert np.array_equal(march_linear(s, o, 0, keep="peak").peak, np.abs(o.start))
 
 

@@ -44,6 +44,12 @@ def dot(x: Array, y: Array) -> float:
     return float(np.einsum("i,i->", x, y))
 
 
+def repeated(x: ArrayLike, P: int) -> Array:
+    """A number, or one for each of P, as a row (P,): for one at a fifth of the time that NumPy takes for more."""
+    array = np.asarray(x, np.float64)
+    return array.reshape(1) if P == 1 else np.broadcast_to(array, P)
+
+
 def alike(x: Array) -> bool:
     """Whether all numbers of a row (P,) are the same, as those of one that is repeated are."""
     return len(x) == 0 or x.strides == (0,) or bool((x == x[0]).all())

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import coefficients, device, single
-from ..core.arrays import Array, alike, read_only
+from ..core.arrays import Array, alike, read_only, repeated
 from ..core.kernel_modules import committed
 from ..core.loads import Load, LoadLanes, Record, values_at
 from ..core.response import STATUSES
@@ -81,7 +81,7 @@ def march_linear(
     """
     P, rows = len(o.omega), n // stride + 1 if keep == "history" else 0
     followed, absolute = {"history": 0, "peak_u": 1}.get(keep, 3), keep == "peak_absolute"
-    done, status = (np.broadcast_to(np.int64(x), P) for x in (n, COMPLETED))
+    done, status = (np.array([x]) if P == 1 else np.broadcast_to(np.int64(x), P) for x in (n, COMPLETED))
     none = np.empty((0, P))
     if followed and P and begin is AT_ZERO:
         peak = peaks_from_rest(scheme, o, n, load, followed, absolute, consistent)
@@ -92,7 +92,7 @@ def march_linear(
     largest = np.empty((3 if followed and not peaks else 0, P))
     rows_kept = _history(out, (rows, 3, P))
     march = _March(scheme, o, n, load, stride, rows_kept, peaks or [*largest], absolute, begin, consistent)
-    failed = [*range(P)] if P == 1 else march.in_blocks() if P and n else []
+    failed = march.in_blocks() if P > 1 and n else [*range(P)]
     if failed:
         done, status = done.copy(), status.copy()
     x = none
@@ -137,7 +137,7 @@ def prepared(
 ) -> _Run:
     """The kernels and what they take of lanes, ready for the first step that the scheme itself marches."""
     module, stencil, marched = scheme.kernels, scheme.stencil(), coefficients.marched(scheme)
-    excess, head, first, kinds = np.broadcast_to(0.0, len(o.omega)), None, 0, [kind for kind, _ in scheme.history]
+    excess, head, first, kinds = repeated(0.0, len(o.omega)), None, 0, [kind for kind, _ in scheme.history]
     if begin.rows is not None:
         state, carried_rows = None, begin.rows
     elif scheme.info.start == "given":
@@ -156,7 +156,7 @@ def prepared(
         loads = StepLoads(load, stencil, o.dt, module.LOADS, excess, begin)
     rounded = single.rounding()
     last = _at_start(load, o, begin) if consistent else o.start[2]
-    given = o.omega, o.xi, o.mass, o.dt, o.start[0], o.start[1], np.broadcast_to(last, o.omega.shape)
+    given = o.omega, o.xi, o.mass, o.dt, o.start[0], o.start[1], repeated(last, len(o.omega))
     own = () if carried_rows is not None else tuple(kinds[k] for k in marched)
     rows = coefficients.march_rows(scheme, given, stencil if at_ends else None, own, consistent)
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core import coefficients
-from ..core.arrays import Array
+from ..core.arrays import Array, repeated
 from ..core.between_steps import Event, ascending, ended, require_reached, sampled
 from ..core.constraints import pressures
 from ..core.errors import called_as, real_number, warn
@@ -375,9 +375,9 @@ def march_oscillators(
     """
     assert scene.info.oscillator is not None
     values = scene.info.oscillator(*scene.parameters.values())
-    omega, xi, mass, steps = (np.broadcast_to(np.asarray(x, np.float64), P) for x in (*values, dt))
+    omega, xi, mass, steps = (repeated(x, P) for x in (*values, dt))
     consistent = start is None and (scene.a0_asked is None or isinstance(scene.a0_asked, str))
-    vectors = [np.broadcast_to(x[..., 0], P) for x in start or (scene.u0, scene.v0, scene.a0)]
+    vectors = [repeated(x[..., 0], P) for x in start or (scene.u0, scene.v0, scene.a0)]
     o = Oscillators(omega, xi, mass, steps, vectors)
     more: dict[str, Any] = {"begin": begin, "consistent": consistent}
     if bound == math.inf:
