@@ -312,8 +312,13 @@ class StructureResponse(Response):
         return self.account.kinetic + self.account.strain
 
     @cached_property
+    def momenta(self) -> Mapping[str, Array]:
+        """Empty: a structure's degrees of freedom do not say along or about what they move."""
+        return {}
+
+    @property
     def angular_momentum(self) -> Array | None:
-        """None: a structure's degrees of freedom say nothing of a point to turn about."""
+        """None, as there are no momenta."""
         return None
 
     @cached_property
