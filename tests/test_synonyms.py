@@ -15,7 +15,7 @@ from sympy import Symbol, symbols
 import substep as ss
 from substep.core.elsewhere import WHY
 
-ANYWAY = {"adding_a_scheme", "beta_0", "beta_1"}  # words with an underscore that are no schemes
+ANYWAY = {"adding_a_scheme", "beta_0", "beta_1", "rho_inf"}  # words with an underscore that are no schemes
 CLAIMED: dict[str, list[str]] = {}
 for _name, _scheme in BY_NAME.items():
     for _synonym in _scheme.synonyms:
