@@ -123,6 +123,15 @@ def test_every_scheme_keeps_what_is_linear(scheme: str, plainly: None) -> None:
     assert {"angular_momentum", "momentum_x1_x2", "momentum_y1_y2"} <= set(r.to_xarray())
 
 
+def test_a_law_between_two_keeps_their_momentum(plainly: None) -> None:
+    """Which does not depend on what the law remembers."""
+    steel = Element(find_law("bilinear"), x2 - x1, {"k": k, "q_y": k / 10, "alpha": Rational(1, 20)})
+    scene = in_plane({x1: "m", x2: "m"}, 0 * k, {x1: m1, x2: m2}, laws={"link": steel})
+    r = ss.march(ss.scene(scene), "average_acceleration", 0.01, 1.0)
+    assert np.ptp(r.memory["link_p"] if "link_p" in r.memory else r.memory["p"]) > 0.1
+    np.testing.assert_allclose(r.momenta["x1 + x2"], r.v[0] @ [1.0, 2.0], rtol=0, atol=1e-13)
+
+
 def test_the_top_has_two() -> None:
     r = ss.march("heavy_top", "dormand_prince", 0.005, 1.0)
     for momentum in r.momenta.values():

@@ -187,7 +187,7 @@ class Scene:
 
     def momenta(self, t: Array, u: Array, v: Array) -> dict[str, Array]:
         """Noether's momenta (...,) by name: see `Response.momenta`."""
-        found = self._evaluate("momenta", t, u, v) if self.info.momenta else u
+        found = self._evaluate("momenta", t, u, v, memory=self._nothing(u)) if self.info.momenta else u
         return {name: found[..., k] for k, (name, _) in enumerate(self.info.momenta)}
 
     def angular_momentum(self, t: Array, u: Array, v: Array) -> Array | None:

@@ -36,20 +36,20 @@ def march_group(plan: SweepPlan, scene: Scene, scheme: Scheme, step: Any, P: int
     scene: what is swept is (P,), and so may be tol. room: as in `SweepPlan.run`.
     """
     if plan.by_tol:
-        marched = _chosen(plan, scene, scheme, step, P)
+        group = _chosen(plan, scene, scheme, step, P)
     else:
         n = number_of_steps(step, plan.t_end)
         stride = {"final": n, "peak": 1, "history": plan.stride(n)}[plan.keep]
         march = _oscillators if scene.info.oscillator else _others
-        marched = march(plan, scene, scheme, step, n, stride, P, room)
-        marched.kept["n_done"] = marched.done
-    newton, done = marched.newton, marched.done
+        group = march(plan, scene, scheme, step, n, stride, P, room)
+        group.kept["n_done"] = group.done
+    newton, done = group.newton, group.done
     if not (newton.strides[0] or done.strides[0]):  # one for all lanes
         newton, done = newton[:1], done[:1]
     with np.errstate(invalid="ignore"):
         mean = newton[:, 0] / done[:, None]  # NaN if no step was completed
-    of_newton = {"newton_iterations": np.broadcast_to(mean, (P, mean.shape[1])), "newton_most": marched.newton[:, 1]}
-    return {**marched.kept, **of_newton, "status": marched.status.astype(np.int8)}
+    of_newton = {"newton_iterations": np.broadcast_to(mean, (P, mean.shape[1])), "newton_most": group.newton[:, 1]}
+    return {**group.kept, **of_newton, "status": group.status.astype(np.int8)}
 
 
 def _oscillators(
