@@ -28,29 +28,28 @@ def job(quick: bool) -> Job:
     found = Job(NAME, "Sweeps of many runs: what is not a kernel, and two cores")
     rounds, P = (5, 10**5) if quick else (9, 10**6)
     march = [(linear_kernels, "march_2"), (formulas_kernels, "evaluate")]
+    omega, v0 = np.linspace(1.0, 50.0, P), np.linspace(6.0, 8.0, P // 10)
     for n in (100, 500, 2000):
-        _overhead(found, f"{P} oscillators of {n} steps", lambda n=n: _oscillators(P, n), march, rounds)
+        _overhead(found, f"{P} oscillators of {n} steps", lambda n=n: _oscillators(omega, n), march, rounds)
     pendulums = [(pair_kernels(PENDULUM, ss.scheme("bathe")), "march_block")]
     for n in (100, 300):
-        _overhead(found, f"{P // 10} pendulums of {n} steps", lambda n=n: _pendulums(P // 10, n), pendulums, rounds)
+        _overhead(found, f"{P // 10} pendulums of {n} steps", lambda n=n: _pendulums(v0, n), pendulums, rounds)
     if available_cores() < 2:
         found.skipped["two cores"] = "this process may use one core only"
         return found
-    works = {"oscillators of 2000 steps": lambda: _oscillators(P, 2000, None)}
-    works["pendulums of 1000 steps"] = lambda: _pendulums(P // 10, 1000, None)
+    works = {"oscillators of 2000 steps": lambda: _oscillators(omega, 2000, None)}
+    works["pendulums of 1000 steps"] = lambda: _pendulums(v0, 1000, None)
     for what, run in works.items():
         _two_cores(found, what, run, P, rounds)
     return found
 
 
-def _oscillators(P: int, n: int, workers: int | None = 1) -> Any:
-    omega = np.linspace(1.0, 50.0, P)
+def _oscillators(omega: np.ndarray, n: int, workers: int | None = 1) -> Any:
     given: dict[str, Any] = {"keep": "peak", "workers": workers, "progress": False}
     return ss.sweep("linear_oscillator", "newmark", dt=0.01, t_end=n * 0.01, omega=omega, **given)
 
 
-def _pendulums(P: int, n: int, workers: int | None = 1) -> Any:
-    v0 = np.linspace(6.0, 8.0, P)
+def _pendulums(v0: np.ndarray, n: int, workers: int | None = 1) -> Any:
     given: dict[str, Any] = {"keep": "peak", "workers": workers, "progress": False}
     return ss.sweep("elastic_pendulum", "bathe", EA=1e4, dt=0.01, t_end=n * 0.01, v0=v0, **given)
 

@@ -30,7 +30,7 @@ def at_points(function: Callable[..., Sequence[Any]], arguments: Sequence[Array]
     """
     fixed = tuple(not x.ndim or (x.strides == (0,) and len(x) > 0) for x in map(np.asarray, arguments))
     program, own = _program(function, fixed), [x for x, one in zip(arguments, fixed, strict=True) if not one]
-    numbers = [np.ravel(x)[0] for x, one in zip(arguments, fixed, strict=True) if one]
+    numbers = [np.asarray(x).flat[0] for x, one in zip(arguments, fixed, strict=True) if one]
     known, evaluate = np.concatenate([program.numbers, numbers]), loaded("shared.formulas").evaluate
 
     def values(some: slice) -> Array:

@@ -183,6 +183,7 @@ def sweep(
     return result(interrupted=False)
 
 
+NEWTON = "newton_iterations", "newton_most"
 ROUNDS = 2  # chunks a core, from which on cores run chunks of their own, with all that is around their kernels
 Blocks = Generator[tuple[Chunk, Results]]
 
@@ -195,15 +196,19 @@ def _require_room(variables: Mapping[str, Variable], shape: tuple[int, ...]) -> 
 
 
 def _targets(variables: Mapping[str, Variable], shape: tuple[int, ...]) -> dict[str, Array]:
-    """Where the results of each variable go: zeros, which take no memory before they are written to.
+    """Where the results of each variable go: whatever is there, since chunks that are left are reset.
 
-    Only the status begins with its fill value: chunks that are left are reset.
+    The status begins with its fill value. Counts of Newton's iteration begin as zeros, which take no memory before they
+    are written to, and are not where nothing is iterated.
     """
-    shapes = {name: (*shape, *v.sizes) for name, v in variables.items()}
-    return {
-        name: np.full(shapes[name], v.fill) if name == "status" else np.zeros(shapes[name], v.fill.dtype)
-        for name, v in variables.items()
-    }
+
+    def target(name: str, v: Variable) -> Array:
+        size = *shape, *v.sizes
+        if name == "status":
+            return np.full(size, v.fill)
+        return (np.zeros if name in NEWTON else np.empty)(size, v.fill.dtype)
+
+    return {name: target(name, v) for name, v in variables.items()}
 
 
 def _here(
@@ -262,7 +267,7 @@ def _fill(
             try:
                 for name in variables:
                     found, target = results[name].reshape((*shape, *results[name].shape[1:])), targets[name]
-                    if not _is_there(found, target, chunk):
+                    if not _is_there(name, found, target, chunk):
                         target[chunk.where] = found
             except BaseException:
                 _reset(targets, variables, chunk)
@@ -274,12 +279,12 @@ def _fill(
         raise RuntimeError(f"expected results of every run, {runs} did not come; please report this")
 
 
-def _is_there(found: Any, target: Any, chunk: Chunk) -> bool:
-    """Whether the results of a chunk were put into the target itself, or are one zero, as it begins with."""
+def _is_there(name: str, found: Any, target: Any, chunk: Chunk) -> bool:
+    """Whether the results of a chunk were put into the target itself, or are one zero where it begins with zeros."""
     if not isinstance(target, np.ndarray):
         return False
     there = cast("Array", target)[chunk.where]
-    zeros = found.size > 0 and not any(found.strides) and found.flat[0] == 0 == there.flat[0]
+    zeros = name in NEWTON and found.size > 0 and not any(found.strides) and found.flat[0] == 0 == there.flat[0]
     return bool(zeros) or np.may_share_memory(found, there)
 
 
