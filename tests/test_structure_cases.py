@@ -1,5 +1,6 @@
 """Sweeps of structures: every point is the march of that point, and load cases are one block."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from scipy import sparse
 from small_frame import RECORD, K, M, frame
 
 import substep as ss
+from substep.structures.model.given import loads_of
 
 LOADS = [([1.0, 0.0, 0.0], ss.Step(1.0)), [([0.0, 0.0, 1.0], ss.Harmonic(2.0, 1.5)), ([0.0, 1.0, 0.0], RECORD)], ()]
 
@@ -134,15 +136,101 @@ def test_how_each_run_ended_is_told() -> None:
     assert 1 < failed.u[1].notnull().sum() < 21
 
 
+def yielding(q_y: float) -> ss.Structure:
+    law = ss.law("bilinear", k=[30.0, 20.0], q_y=[q_y, 0.8 * q_y], alpha=0.05)
+    return ss.shear_building([1.0, 1.0], law, load=([0.0, 1.0], ss.HalfSine(4.0, 1.0)))
+
+
+def bouncing(height: float) -> ss.Structure:
+    return ss.structure(
+        [[1.0]],
+        [[0.0]],
+        u0=[height],
+        load=([-9.81], ss.Step(1.0)),
+        contacts={"floor": ({0: 1.0}, 0.0)},
+        restitution=0.5,
+    )
+
+
+@pytest.mark.parametrize("keep", ["final", "peak"])
+@pytest.mark.parametrize(
+    "structures",
+    [[frame()], [bent(u0=[x, 0.0, 0.0]) for x in (0.1, 0.2)], [yielding(q) for q in (0.5, 1.0)],
+     [bouncing(x) for x in (1.0, 0.5)]],
+    ids=["linear", "nonlinear", "springs", "contacts"],
+)  # fmt: skip
+def test_structures_that_choose_their_steps_are_marched_as_by_themselves(
+    structures: list[ss.Structure], keep: Any
+) -> None:
+    call: dict[str, Any] = {"tol": [1e-3, 1e-5], "t_end": 1.5, "dt_max": 0.2}
+    load = [LOADS[1], LOADS[0]] if structures[0].size == 3 else None  # cases, each with steps of its own
+    found = ss.sweep(structures, "average_acceleration", **call, keep=keep, load=load)
+    assert found.attrs["dt_max"] == 0.2
+    assert (found.status == 0).all()
+    for i, tol in enumerate(call["tol"]):
+        for k, s in enumerate(structures):
+            for case in range(1 if load is None else len(load)):
+                one = s if load is None else replace(s, loads=loads_of(s.T, s.names, load[case]))
+                r = ss.march(one, "average_acceleration", **{**call, "tol": tol}, account=False)
+                here = found.isel(tol=i, structure=k, **({} if load is None else {"case": case}))
+                of = {"u": r.u, "v": r.v, "a": r.a}
+                if r.springs is not None:
+                    of |= {"elongation": r.springs.elongations, "force": r.springs.forces}
+                if r.touched is not None:
+                    of |= {"reaction": r.touched[:, 0], "gap": r.touched[:, 1]}
+                for name, x in of.items():
+                    if keep == "final":
+                        assert np.array_equal(here[name], x[-1]), name
+                    else:
+                        assert np.array_equal(here[f"peak_{name}"], np.abs(x).max(axis=0)), name
+                if r.springs is not None:
+                    assert np.array_equal(here.elongation, r.springs.elongations[-1])
+                assert r.statistics is not None
+                assert (int(here.accepted), int(here.rejected)) == (r.statistics.accepted, r.statistics.rejected)
+    assert (found.accepted.diff("tol") > 0).all()
+
+
+@pytest.mark.parametrize("raised", [KeyboardInterrupt, ZeroDivisionError])
+def test_what_ends_structures_that_choose_their_steps_keeps_those_before(raised: Any) -> None:
+    def load(t: Any) -> Any:
+        if stopping:
+            raise raised
+        return np.sin(t)
+
+    cases, stopping = [LOADS[0], ([0.0, 1.0, 0.0], load)], False
+    call: dict[str, Any] = {"tol": 1e-3, "t_end": 1.0}
+    whole = ss.sweep(frame(), "bathe", **call, load=cases)
+    stopping = True
+    if raised is KeyboardInterrupt:
+        part = ss.sweep(frame(), "bathe", **call, load=cases)
+    else:
+        with pytest.raises(ZeroDivisionError) as caught:
+            ss.sweep(frame(), "bathe", **call, load=cases)
+        part = caught.value.dataset  # type: ignore[attr-defined]
+    assert part.status.values.tolist() == [0, -1]
+    assert part.u[0].equals(whole.u[0])
+    assert part.u[1].isnull().all()
+    small = ss.sweep(bent(u0=[0.1, 0.0, 0.0]), "bathe", tol=[1e-2, 1e-9], t_end=1.0, dt_min=0.02)
+    assert small.status.values.tolist() == [
+        0,
+        list(small.status.attrs["flag_meanings"].split()).index("step_too_small") - 1,
+    ]
+    assert small.u.isnull().all("dof").values.tolist() == [False, True]
+    assert small.t_failed.isnull().values.tolist() == [True, False]
+
+
 def test_what_does_not_fit_is_refused() -> None:
     for arguments, message in (
         ({"load": LOADS, "ground": [RECORD]}, "got both"),
         ({"ground": [RECORD]}, "direction"),
         ({"keep": "all"}, "did you mean|one of: final"),
         ({"dt": [0.1, 0.2], "keep": "history"}, "one dt"),
-        ({"dt": None}, "expected dt"),
-        ({"dt": None, "tol": 1e-3}, "expected dt"),
-        ({"tol": 1e-3}, "a sweep of a structure without tol"),
+        ({"dt": None}, "expected t_end and either dt, a constant step, or tol"),
+        ({"tol": 1e-3}, "expected t_end and either dt, a constant step, or tol"),
+        ({"dt": None, "tol": 1e-3, "keep": "history"}, "the rows of each are its own steps; march each, or give dt"),
+        ({"dt": None, "tol": 1e-3, "grid": [0.5]}, "'final' or 'peak' of structures that choose their steps"),
+        ({"dt": None, "tol": [1e-3, 0.0]}, "tol in .0.0, inf., got 0.0"),
+        ({"dt": None, "tol": 1e-3, "scheme": "houbolt"}, "one-step or composite scheme .* got houbolt"),
         ({"save": "here"}, "a sweep of a structure without save"),
         ({"rho_inf": [0.5, 1.5]}, "rho_inf"),
         ({"rho_inf": [[0.5, 0.8]]}, r"rho_inf to be a number or a row of them, got shape \(1, 2\)"),

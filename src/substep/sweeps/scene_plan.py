@@ -29,7 +29,7 @@ from ..run.clock import Control
 from .description import description, name_of
 from .draws import require_allowed
 from .lanes import march_group
-from .sweep_plan import MEANINGS, STATUS, Results, SweepPlan, Variable
+from .sweep_plan import MEANINGS, OF_CHOSEN, STATUS, Results, SweepPlan, Variable
 
 if TYPE_CHECKING:
     import xarray
@@ -76,13 +76,8 @@ class ScenePlan(SweepPlan):
         mean, most = (f"Newton's iterations, {x}" for x in ("mean of the steps done", "most of any step"))
         found["newton_iterations"] = Variable.of(nan, balance, **one, long_name=mean)
         found["newton_most"] = Variable.of(none, balance, **one, long_name=most)
-        if self.by_tol:
-            found["accepted"] = Variable.of(none, **one, long_name="steps accepted")
-            found["rejected"] = Variable.of(none, **one, long_name="steps rejected")
-            found["t_failed"] = Variable.of(nan, units="s", long_name="end of the step that could not be made")
-        else:
-            found["n_done"] = Variable.of(none, **one, long_name="steps completed")
-        return {**found, "status": STATUS}
+        more = OF_CHOSEN if self.by_tol else {"n_done": Variable.of(none, **one, long_name="steps completed")}
+        return {**found, **more, "status": STATUS}
 
     @property
     def labels(self) -> "dict[str, xarray.Variable]":

@@ -23,8 +23,9 @@ from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
 from ..core.threads import spread
 from ..run.axes import RESERVED, Keep, asked
-from ..run.clock import number_of_steps
+from ..run.clock import Control, number_of_steps
 from ..structures.march.going_on import at_start
+from ..structures.march.march_structure import chosen_clock
 from ..structures.march.reacting import suited
 from ..structures.march.refusals import require_definite_mass, require_suited
 from ..structures.march.scheme_plan import step_of
@@ -33,8 +34,8 @@ from ..structures.model.given import Dof, loads_of
 from ..structures.model.memory import RememberingForce
 from ..structures.model.springs import Springs
 from ..structures.structure import Structure, damped_by
-from .structure_points import LANES, Wanted, kinds_of, marched, side_by_side
-from .sweep_plan import STATUS, Results, SweepPlan, Variable
+from .structure_points import LANES, Wanted, chosen, kinds_of, marched, side_by_side
+from .sweep_plan import OF_CHOSEN, STATUS, Results, SweepPlan, Variable
 
 if TYPE_CHECKING:
     import xarray
@@ -52,7 +53,8 @@ class StructurePlan(SweepPlan):
     """cases: structures that differ in their loads only, for each structure and damping. kept: degrees of freedom.
 
     inner: the sizes of the dimensions of INNER that there are. scales: the values of that one. latest: the number of
-    the combination of numbers that was asked for last, with its scheme and step; as a rule the next point has it too.
+    the combination of numbers that was asked for last, with its scheme and step, or tolerance; as a rule the next point
+    has it too.
     """
 
     cases: tuple[tuple[Structure, ...], ...]
@@ -67,22 +69,22 @@ class StructurePlan(SweepPlan):
         return super().dims | dict(self.inner)
 
     def point(self, place: int) -> tuple[Scheme, float, tuple[Structure, ...]]:
-        """Scheme, step and cases of the combination with this number, in C order."""
+        """Scheme, step, or with tol that, and cases of the combination with this number, in C order."""
         outer, which = divmod(place, len(self.cases))
         if (known := self.latest[:1]) and known[0][0] == outer:
             return *known[0][1:], self.cases[which]
         on = dict(zip(super().dims, np.unravel_index(outer, tuple(super().dims.values())), strict=True))
         at = {axis: on[axis.dim] for axis in self.axes}
         scheme = make_scheme(self.scheme, **self.values("scheme", at))
-        h = float(self.values("step", at)["dt"])
+        h = float(self.values("step", at)["tol" if self.by_tol else "dt"])
         self.latest[:] = [(outer, scheme, h)]
         return scheme, h, self.cases[which]
 
     def piece(self, cluster: bool) -> tuple[int, ...]:
-        """One point, with all cases of a linear structure; or many points of structures with springs."""
+        """One point, with all cases of a linear structure; or many points of structures with springs, but with tol."""
         if self.in_block:
             return tuple(size if name in ("case", "scale") else 1 for name, size in self.dims.items())
-        room, sizes = 1 if self.springs is None else TOGETHER, list[int]()
+        room, sizes = 1 if self.springs is None or self.by_tol else TOGETHER, list[int]()
         for size in reversed(self.shape):
             sizes.insert(0, min(size, room))
             room //= sizes[0]
@@ -90,9 +92,9 @@ class StructurePlan(SweepPlan):
 
     @property
     def in_block(self) -> bool:
-        """Whether all cases are one block of right-hand sides: those of linear structures without reactions."""
+        """Whether all cases are one block of right-hand sides: with dt, of linear structures without reactions."""
         first = self.cases[0][0]
-        return first.internal is None and first.contacts is None
+        return first.internal is None and first.contacts is None and not self.by_tol
 
     @property
     def touched(self) -> tuple[str, list[str]]:
@@ -119,7 +121,7 @@ class StructurePlan(SweepPlan):
         """
         scheme, h, _ = self.point(0)
         dof = "dof", len(self.kept)
-        found = dict(self.motion(name, dof) for name in "uva"[: kinds_of(scheme, h)])
+        found = dict(self.motion(name, dof) for name in "uva"[: kinds_of(scheme, self.t_end if self.by_tol else h)])
         if self.springs is not None:
             spring = "spring", self.springs.size
             found |= dict(self.motion(name, spring) for name in ("elongation", "force"))
@@ -127,7 +129,7 @@ class StructurePlan(SweepPlan):
                 found["elongation"] = Variable.of(np.float64(np.nan), spring, long_name="elongation at t_end")
         name, of = self.touched
         found |= dict(self.motion(x, (name, len(of))) for x in ("reaction", "gap") if of)
-        return {**found, "status": STATUS}
+        return {**found, **(OF_CHOSEN if self.by_tol else {}), "status": STATUS}
 
     @property
     def labels(self) -> "dict[str, xarray.Variable]":
@@ -141,7 +143,7 @@ class StructurePlan(SweepPlan):
     @property
     def attrs(self) -> dict[str, Any]:
         """The scheme, and numbers that are the same in all points."""
-        return {"scheme": self.point(0)[0].name, **self.given["step"], **self.given["scheme"]}
+        return {"scheme": self.point(0)[0].name, **self.given["step"], **self.chosen, **self.given["scheme"]}
 
     def run(self, first: int, last: int, room: Results) -> Results:
         """See `SweepPlan.run`."""
@@ -154,7 +156,13 @@ class StructurePlan(SweepPlan):
             (table,), status = marched(run, number_of_steps(h, self.t_end), of)
             found = dict(zip(names, np.moveaxis(np.moveaxis(table, -1, 0), 1, 0), strict=True))
             return {**found, "status": np.full(count, status, np.int8)}
-        rows, status = list[list[Array]]([] for _ in range(count)), np.empty(count, np.int8)
+        rows, status = list[list[Any]]([] for _ in range(count)), np.empty(count, np.int8)
+
+        def march_chosen(number: int) -> None:
+            place, case = divmod(first + number, len(self.cases[0]))
+            scheme, tol, cases = self.point(place)
+            tables, status[number], cost = chosen(cases[case], scheme, tol, of, self.chosen)
+            rows[number] = [*(x for table in tables for x in table), *cost]
 
         def march(begin: int, end: int) -> None:
             runs = list[Run]()
@@ -166,8 +174,12 @@ class StructurePlan(SweepPlan):
                 for number, (tables, ended) in enumerate(side_by_side(runs[k : k + LANES], of), begin + k):
                     rows[number], status[number] = [x for table in tables for x in table], ended
 
-        cost = STEP * count * max(self.steps) if self.springs is not None else 0.0
-        spread(march, count, LANES, nanoseconds=cost)
+        if self.by_tol:
+            for number in range(count):
+                march_chosen(number)
+        else:
+            cost = STEP * count * max(self.steps) if self.springs is not None else 0.0
+            spread(march, count, LANES, nanoseconds=cost)
         columns = zip(*rows, strict=True)
         return {**dict(zip(names, map(np.array, columns), strict=True)), "status": status}
 
@@ -195,25 +207,25 @@ def planned_structure(
 ) -> StructurePlan:
     """The checked plan of a sweep of a structure; `substep.sweep` calls it.
 
-    Axes are dt and parameters of the scheme, where they are rows of values; a sequence of structures, with as many
-    degrees of freedom and springs; C, a sequence of dampings; load, a sequence of what `substep.structure` takes as
-    load, or ground, one of records for `Structure.ground_motion` in a direction; scale, factors (F,) of all records:
-    dimensions dt, the parameters by name, "structure", "damping", "case" and "scale". The cases of a linear structure
-    are one block of right-hand sides, for which an effective matrix is factorized once; structures with springs of laws
-    are marched on all cores, up to `workers` of `sweep`. keep: "final", u, v and, if the scheme has its own, a at
-    t_end; "peak", their largest moduli from t = 0 on; "history", all steps, for one dt. Of springs there are elongation
-    and force, kept so too, and with "peak" also the elongation at t_end, which remains. A run that overflows, or whose
-    iteration fails, is NaN from there on, and its status says so; -1 is that of a run not yet made. Raises ValueError
-    for names and values that do not fit, and, before anything is marched, for a damping or a structure that the scheme
-    does not take, as `march` does.
+    Axes are dt, or tol, and parameters of the scheme, where they are rows of values; a sequence of structures, with as
+    many degrees of freedom and springs; C, a sequence of dampings; load, a sequence of what `substep.structure` takes
+    as load, or ground, one of records for `Structure.ground_motion` in a direction; scale, factors (F,) of all records:
+    dimensions dt or tol, the parameters by name, "structure", "damping", "case" and "scale". The cases of a linear
+    structure are one block of right-hand sides, for which an effective matrix is factorized once; structures with
+    springs of laws are marched on all cores, up to `workers` of `sweep`. With tol each run chooses its steps, with
+    rtol, atol, dt_first, dt_min, dt_max and rung as in `march`, and is marched by itself; there are its numbers of
+    steps accepted and rejected, and t_failed. keep: "final", u, v and, if the scheme has its own, a at t_end; "peak",
+    their largest moduli from t = 0 on; "history", all steps, for one dt. Of springs there are elongation and force,
+    kept so too, and with "peak" also the elongation at t_end, which remains. A run that overflows, or whose iteration
+    fails, is NaN from there on, and its status says so; -1 is that of a run not yet made. Raises ValueError for names
+    and values that do not fit, and, before anything is marched, for a damping or a structure that the scheme does not
+    take, as `march` does.
     """
-    if dt is None:
-        raise ValueError("expected dt, a step or several, for a sweep of a structure, got none; march each with tol")
     if device == "cuda":
         raise ValueError("expected device='cpu' for a sweep of a structure, got 'cuda'; a GPU marches scenes alone")
     if "account" in parameters:
         raise ValueError("a sweep of a structure keeps no account of energy: march the point with account=True")
-    others = {"tol": tol, "samples": samples, "energy_bound": energy_bound, "a0": a0, "save": save}
+    others = {"samples": samples, "energy_bound": energy_bound, "a0": a0, "save": save}
     if refused := [name for name, x in others.items() if x is not None]:
         raise ValueError(f"expected a sweep of a structure without {refused[0]}, got one; march each point with it")
     if load is not None and ground is not None:
@@ -224,7 +236,12 @@ def planned_structure(
         got = "no ground" if records is None else f"shape {factors.shape}"
         raise ValueError(f"expected scale as a row of factors of the records in ground, got {got}; give both as lists")
     text = "or an argument of the sweep of a structure"
-    request = asked(scheme, dt, None, t_end, keep, parameters, {}, {}, text, RESERVED | OWN)
+    request = asked(scheme, dt, tol, t_end, keep, parameters, {}, {}, text, RESERVED | OWN)
+    if tol is not None and (keep == "history" or "grid" in request.chosen):
+        raise ValueError(
+            "expected 'final' or 'peak' of structures that choose their steps, got 'history': the rows of each are its "
+            "own steps; march each, or give dt"
+        )
     if keep == "history" and any(axis.owner == "step" for axis in request.axes):
         raise ValueError("expected one dt where histories are kept, got several; keep 'final' or 'peak', or sweep each")
     damped = models if dampings is None else [damped_by(s, c) for s in models for c in dampings]
@@ -246,7 +263,10 @@ def planned_structure(
         require_definite_mass(s)
     plan.steps  # noqa: B018 (raises for an end that is no multiple of a step)
     for one, h, (first, *_) in map(plan.point, range(math.prod(plan.shape) // (len(cases[0])))):
-        require_suited(first, one, h)
+        require_suited(first, one, plan.t_end if plan.by_tol else h)
+        if plan.by_tol:
+            run = at_start(Run(suited(first, step_of(one, plan.t_end)), one, plan.t_end))
+            chosen_clock(run, Control.of(1.0, h, plan.t_end, **plan.chosen), absolute="atol" in plan.chosen)
     return plan
 
 

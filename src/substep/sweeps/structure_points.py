@@ -1,6 +1,6 @@
 """The points of a sweep of structures: each marched by itself, or many with springs side by side in one kernel."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,12 +13,14 @@ from ..run.clock import number_of_steps
 from ..structures.march.compiled import CompiledSteps, begun_together, kind_of, loads_side_by_side, takes
 from ..structures.march.fixed_steps import FixedSteps
 from ..structures.march.histories import selection
+from ..structures.march.march_structure import march_structure
 from ..structures.march.scheme_plan import step_of
 from ..structures.march.steps import Run
 from ..structures.march.time_loop import Stretch, Trial, steps_taken
 from ..structures.model.given import Dof
 from ..structures.model.memory import Memory, Recalled, RememberingForce
 from ..structures.solvers.combine import combined
+from ..structures.structure import Structure
 from .lanes import largest_moduli
 
 COMPLETED, FAILED, OVERFLOWED = (ENDED.index(name) for name in ("completed", "newton_failed", "non_finite"))
@@ -138,6 +140,31 @@ def marched(run: Run, n: int, of: Wanted) -> tuple[list[Array], Any]:
         status = FAILED
         found = found if rows is not None else [np.full_like(x, np.nan) for x in found]
     return [np.where(np.isfinite(x), x, np.nan) for x in found], status
+
+
+def chosen(
+    s: Structure, scheme: Scheme, tol: float, of: Wanted, asked: Mapping[str, Any]
+) -> tuple[list[Array], int, tuple[int, int, float]]:
+    """What `marched` returns of a run that chooses its steps, but for histories; and how many it accepted and rejected,
+    and the end of the one that could not be made, NaN if none; asked: of `march`, by name.
+    """
+    r = march_structure(s, scheme, None, of.t_end, dofs=of.dofs, account=False, progress=False, tol=tol, **asked)
+    if r.status == "interrupted":
+        raise KeyboardInterrupt
+    rows = [np.array([r.u, r.v, r.a][: kinds_of(scheme, of.t_end)])]
+    if of.springs:
+        assert r.springs is not None
+        rows.append(np.array([r.springs.elongations, r.springs.forces]))
+    if r.touched is not None:
+        rows.append(np.moveaxis(r.touched, 1, 0))
+    found = [np.abs(x).max(axis=1) if of.keep == "peak" else x[:, -1] for x in rows]
+    if of.springs and of.keep == "peak":
+        found[1] = np.concatenate([found[1], rows[1][:1, -1]])
+    if r.status != "completed":
+        found = [np.full_like(x, np.nan) for x in found]
+    assert r.statistics is not None
+    cost = r.statistics.accepted, r.statistics.rejected, np.nan if r.t_failed is None else r.t_failed
+    return found, ENDED.index(r.status), cost
 
 
 def _begun(run: Run, motion: Array, *, springs: bool) -> list[Array]:

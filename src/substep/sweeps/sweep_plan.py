@@ -56,6 +56,13 @@ STATUS = Variable.of(
     flag_meanings=" ".join(("not_run", *STATUSES)),
 )  # fmt: skip
 
+# of runs that choose their steps
+OF_CHOSEN = {
+    "accepted": Variable.of(np.int64(0), units="1", long_name="steps accepted"),
+    "rejected": Variable.of(np.int64(0), units="1", long_name="steps rejected"),
+    "t_failed": Variable.of(np.float64(np.nan), units="s", long_name="end of the step that could not be made"),
+}
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SweepPlan(Asked, ABC):

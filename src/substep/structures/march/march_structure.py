@@ -114,17 +114,23 @@ def march_structure(
     structure = suited(structure, step_of(scheme, h))
     run, tangents = begun(Run(structure, scheme, h, iteration), steps, state)
     if isinstance(steps, Control):
-        # atol of u as it was given, else as a share of the largest u so far
-        share_u, atol_u = (0.0, steps.atol_u) if "atol" in chosen else (steps.atol_u, 0.0)
-        given = run, replace(steps, atol_u=atol_u), (share_u, steps.share_v)
-        if structure.contacts is not None:
-            clock = EventSteps(*given)
+        clock = chosen_clock(run, steps, absolute="atol" in chosen)
+        if isinstance(clock, EventSteps):
             return _marched(clock, EventHistories(clock, kept, account, state), progress)
-        clock = ChosenSteps(*given)
         return _marched(clock, ChosenHistories(clock, kept, account, state), progress)
     found = Histories(run, steps, kept, account, save, state)
     resumed = found.done, found.state, found.tangents or tangents, found.memory
     return _marched(FixedSteps(run, steps.n, *resumed), found, progress)
+
+
+def chosen_clock(run: Run, asked: Control, *, absolute: bool) -> ChosenSteps | EventSteps:
+    """The clock of steps of chosen length; absolute: whether atol of u was given, else it is a share of the largest u.
+
+    Raises ValueError for a scheme, or a structure, with which no steps can be chosen.
+    """
+    share_u, atol_u = (0.0, asked.atol_u) if absolute else (asked.atol_u, 0.0)
+    kind = ChosenSteps if run.structure.contacts is None else EventSteps
+    return kind(run, replace(asked, atol_u=atol_u), (share_u, asked.share_v))
 
 
 def _marched(clock: Clock, kept: Histories | ChosenHistories | EventHistories, progress: bool) -> StructureResponse:
