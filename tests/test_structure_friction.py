@@ -237,5 +237,5 @@ def test_what_is_no_friction_is_refused(given: dict[str, Any], reason: str) -> N
 
 def test_what_does_not_know_friction_refuses_it() -> None:
     s = building(friction={"pad": ([1.0, 0.0, 0.0], 6.0)})
-    with pytest.raises(ValueError, match="without contacts for save=, got contacts pad"):
-        ss.march(s, "average_acceleration", t_end=1.0, dt=0.01, save="x")
+    with pytest.raises(ValueError, match="without contacts for a critical step, got contacts pad"):
+        s.critical_step("central_difference")

@@ -1,6 +1,7 @@
 """Marches of structures on disk: they go on where they were stopped, know each other, and are asked as others are."""
 
 from dataclasses import replace
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -95,6 +96,69 @@ def same(found: Any, expected: Any) -> None:
     for name in ("u", "v", "a", "energy", "newton_iterations"):
         assert np.array_equal(getattr(found, name), getattr(expected, name)), name
     assert np.array_equal(found.account.numerical, expected.account.numerical)
+
+
+def rod(u: Any) -> tuple[float, Any]:
+    return (u @ u - 1.0) / 2.0, u.copy()
+
+
+def touching(kind: str, **more: Any) -> ss.Structure:
+    """Masses that meet a stop, once or again and again, or rub, or hang from a rod."""
+    pulled: dict[str, Any] = {"load": ([1.0, 0.0, 0.0], lambda t: 3.0 * np.sin(2.0 * t))}
+    pad, stop = {"friction": {"pad": ([0.0, 1.0, 0.0], 0.3)}}, {"contacts": {"stop": ({2: -1.0}, 0.05)}}
+    given: dict[str, Any] = {
+        "stop": stop, "remembered": {**stop, "remembered": True}, "bounces": {**stop, "restitution": 0.5}, "rubs": pad,
+        "both": {**stop, **pad, "restitution": 0.2},
+        "yields": {**stop, "springs": [({0: 1.0}, ss.law("bilinear", k=5.0, q_y=0.4))]},
+    }  # fmt: skip
+    if kind == "rod":
+        return ss.structure(
+            np.eye(2),
+            np.zeros((2, 2)),
+            u0=[1.0, 0.0],
+            load=({1: -9.81}, np.ones_like),
+            **{"constraints": {"rod": rod}, **more},
+        )
+    return ss.structure(M, K, **{**pulled, **given[kind], **more})
+
+
+@pytest.mark.filterwarnings("ignore:.* has (dissipated|gained)")
+@pytest.mark.parametrize(
+    ("kind", "scheme"),
+    [
+        *product(["stop", "remembered", "rubs", "yields"], ["average_acceleration", "bathe", "generalized_alpha"]),
+        *product(["stop", "bounces", "rubs", "both", "yields"], ["central_difference"]),
+        ("bounces", "average_acceleration"), ("both", "average_acceleration"), ("both", "generalized_alpha"),
+        ("rod", "bathe"), ("rod", "generalized_alpha"),
+    ],
+)  # fmt: skip
+def test_what_touches_goes_on_to_the_bit(tmp_path: Any, kind: str, scheme: str) -> None:
+    """From ends where reactions act, which the next step takes."""
+    whole = ss.march(touching(kind), scheme, 0.02, 6.0, stride=2)
+    assert whole.touched is not None
+    acting = whole.t[np.any(whole.touched[:, 0] != 0.0, axis=1)]
+    for t_end in (*np.quantile(acting[acting < 6.0], [0.1, 0.6], method="nearest"), 6.0, 6.0):
+        found = ss.march(touching(kind), scheme, 0.02, t_end, stride=2, save=tmp_path / "run")
+    same(found, whole)
+    assert np.array_equal(found.touched, whole.touched)
+    more = ss.march(touching(kind), scheme, 0.02, 7.0, start=found.state, account=False)
+    assert np.array_equal(more.u, ss.march(touching(kind), scheme, 0.02, 7.0, start=whole.state, account=False).u)
+
+
+def test_other_contacts_are_another_march(tmp_path: Any) -> None:
+    scheme = "average_acceleration"
+    ss.march(touching("both"), scheme, 0.02, 1.0, save=tmp_path / "run")
+    for other in (
+        {"restitution": 0.3},
+        {"contacts": {"stop": ({2: -1.0}, 0.06)}},
+        {"friction": {"pad": ({1: 1.0}, 0.2)}},
+    ):
+        with pytest.raises(ValueError, match="contacts; give save another path"):
+            ss.march(touching("both", **other), scheme, 0.02, 1.0, save=tmp_path / "run")
+    ss.march(touching("rod"), "bathe", 0.02, 1.0, save=tmp_path / "rod")
+    with pytest.raises(ValueError, match="constraints; give save another path"):
+        longer = {"rod": lambda u: (rod(u)[0] * (1.0 + u[1]), rod(u)[1] * (1.0 + u[1]) + np.array([0.0, rod(u)[0]]))}
+        ss.march(touching("rod", constraints=longer), "bathe", 0.02, 1.0, save=tmp_path / "rod")
 
 
 @pytest.mark.filterwarnings("ignore:.* has (dissipated|gained)")

@@ -25,8 +25,9 @@ class FixedSteps:
     """The clock of n steps of run.h, of which `done` were made before; march.steps.report @ X of a step are u, v, a.
 
     state (S, n): after those, by default where the run begins; tangents: that systems kept there; memory: what is
-    remembered there. to_end: go on where a step overflows, as one of several cases may. singly: one by one, also where
-    a kernel would compute them. Where another scheme marches the first steps, those are its own.
+    remembered there; stands: `Pressing.stands` there. to_end: go on where a step overflows, as one of several cases
+    may. singly: one by one, also where a kernel would compute them. Where another scheme marches the first steps, those
+    are its own.
     """
 
     unit = "steps"
@@ -39,12 +40,13 @@ class FixedSteps:
         state: Array | None = None,
         tangents: Sequence[Tangent | None] = (),
         memory: Memory | None = None,
+        stands: Sequence[Array] = (),
         *,
         to_end: bool = False,
         singly: bool = False,
     ) -> None:
         self.run, self.total, self.done, self.tangents, self.to_end = run, n, done, tangents, to_end
-        self.memory, self.singly = memory, singly
+        self.memory, self.stands, self.singly = memory, stands, singly
         self.state = run.begin.rows if state is None else state
         self.status: Status = "completed"
 
@@ -72,7 +74,7 @@ class FixedSteps:
             if tangent is not None and isinstance(solver, NonlinearSystem):
                 solver.keep(tangent)
         X, after = run.room(march.steps), run.room(march.steps)
-        march.begin(X, run.started() if state is None else state, memory)
+        march.begin(X, run.started() if state is None else state, memory, stands=self.stands)
         compiled = None if self.singly else CompiledSteps.of(march, min(STRETCH, self.total))
         first, begun = done, True
         while first < self.total:

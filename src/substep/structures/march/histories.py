@@ -1,6 +1,7 @@
 """What a march of a structure keeps: rows of u, v, a, energies and iterations, in memory or on disk."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -83,6 +84,7 @@ class Histories(Kept):
         self.of_springs = np.empty((3, 0))  # what `SpringRows.latest` was after the last step
         self.touched = list[Array]()  # of contacts, reactions and gaps (2, d) in each row
         self.reactions = run.reactions
+        self.stands: Sequence[Array] = ()  # see `Pressing.stands`
         if run.reactions is not None:
             self.touched.append(run.touched)
         self.iterations = np.zeros((asked.n, run.scheme.balances), np.int64)
@@ -117,6 +119,8 @@ class Histories(Kept):
         if self.touched:
             reactions, gaps = march.touched(X)
             self.touched += [np.array([reactions, gaps])] if kept else []
+            assert march.last_pressing is not None
+            self.stands = march.last_pressing.stands
         if energies is not None:
             both = combined(march.steps.report[:2], X)
             energies = energies.after(self.run.structure, both, step.t, step.h, *self._loads(done), memory, reactions)
@@ -181,7 +185,7 @@ class Histories(Kept):
         if self.last is not None:
             last = stands(self.last, run, self.done, asked, self.tangents, self.memory, self.reactions)
         elif self.motion is not None:  # there was no step left
-            last = stood(self.motion, self.state, run, self.done, asked, self.tangents, self.memory)
+            last = stood(self.motion, self.state, run, self.done, asked, self.tangents, self.memory, self.reactions)
         return StructureResponse(
             u, v, self.iterations[: self.done], status, None if status == "completed" else asked.time(self.done + 1),
             run.structure, run.scheme, self.stride * run.h, a[0] if a else None, asked.times(self.kept),
@@ -213,6 +217,9 @@ class Histories(Kept):
             arrays |= self.springs.arrays(self.kept, self.of_springs, self.memory)
             numbers["shortened"] = self.springs.shortened
         arrays |= {f"tangent_{k}": x.at for k, x in enumerate(self.tangents) if x is not None}
+        if self.reactions is not None:
+            arrays |= {"touched": np.array(self.touched[: self.kept]), "reactions": self.reactions}
+            arrays |= {f"stands_{k}": x for k, x in enumerate(self.stands)}
         self.saved.checkpoint(arrays, **numbers)
 
     def _read(self) -> list[Any]:
@@ -248,11 +255,15 @@ class Histories(Kept):
         if self.springs is not None:
             self.memory = self.springs.resume(last, self.kept, last["shortened"])
             self.of_springs = self.springs.latest
+        if self.touched:
+            self.touched, self.reactions = [*last["touched"]], last["reactions"]
+            self.stands = [last[f"stands_{k}"] for k in range(len(last)) if f"stands_{k}" in last]
         if self.energies is not None:
             self.accounts = [last["accounts"]]
             t, s = self.run.time(self.done), self.run.structure
             loads = s.load_values(np.array([t]))[0]
-            self.energies = Energies.of(s, last["energies"], t, loads, self.memory)._replace(**last["sums"])
+            found = Energies.of(s, last["energies"], t, loads, self.memory)
+            self.energies = found._replace(reactions=self.reactions if self.done else None, **last["sums"])
 
 
 class ChosenHistories(Kept):

@@ -35,6 +35,15 @@ class Holding(Pressing):
         self.p, self.reaction = p, self.contacts.forces(u, p)
 
     @property
+    def stands(self) -> tuple[Array, ...]:
+        """What a later march takes to go on to the bit: with the force, whose gradients are of the last iteration."""
+        return self.p, self.reaction
+
+    def go_on(self, *stands: Array) -> None:
+        """Stand where another march did."""
+        self.p, self.reaction = stands
+
+    @property
     def pushing(self) -> Array | None:
         """The force (n,) of the reactions of the last solution."""
         return self.reaction if self.p.any() else None

@@ -23,7 +23,7 @@ from .going_on import begun
 from .histories import ChosenHistories, Histories
 from .newton import Iteration
 from .reacting import suited
-from .refusals import require_definite_mass, require_no_contacts, require_suited, unknown_in_march, unsymmetric
+from .refusals import require_definite_mass, require_suited, unknown_in_march, unsymmetric
 from .response import StructureResponse
 from .scheme_plan import step_of
 from .step_control import ChosenSteps
@@ -96,8 +96,6 @@ def march_structure(
     scheme = numbers_only(scheme, "substep.sweep takes arrays")
     if tol is not None and (stride != 1 or save is not None):
         raise ValueError("expected stride and save with dt only, got them with tol; keep some dofs, or give dt")
-    if save is not None:
-        require_no_contacts(structure, "save=", "go on from r.state by start=")
     state = None if start is None else State.given(start, scheme)
     steps = steps_of(dt, tol, t_end, stride=stride, start=state, chosen=chosen)
     require_definite_mass(structure)
@@ -119,7 +117,7 @@ def march_structure(
             return _marched(clock, EventHistories(clock, kept, account, state), progress)
         return _marched(clock, ChosenHistories(clock, kept, account, state), progress)
     found = Histories(run, steps, kept, account, save, state)
-    resumed = found.done, found.state, found.tangents or tangents, found.memory
+    resumed = found.done, found.state, found.tangents or tangents, found.memory, found.stands
     return _marched(FixedSteps(run, steps.n, *resumed), found, progress)
 
 

@@ -50,9 +50,18 @@ class Pressing:
         """Begin a solution without reactions."""
         self.p = np.zeros(self.contacts.size)
 
+    @property
+    def stands(self) -> tuple[Array, ...]:
+        """What a later march takes to go on to the bit from the last solution."""
+        return (self.p,)
+
     def resume(self, p: Array, u: Array) -> None:
         """Take the reactions of a step before, at its displacement."""
         self.p = p
+
+    def go_on(self, *stands: Array) -> None:
+        """Stand where another march did."""
+        (self.p,) = stands
 
     def press(self, X: Array, factors: Solve, scale: float = 1.0) -> None:
         """Solve for the reactions, where the unknown is in its place of X without them; factors: of A over scale."""

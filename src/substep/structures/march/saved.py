@@ -138,6 +138,8 @@ def described(run: Run, t_end: float, **choices: Any) -> dict[str, str]:
         found[name] = repr(matrix) if plain else digest(*_parts(matrix))
     found["constraints"] = digest(*arrays_of(structure.T))
     found["start"] = digest(structure.u0, structure.v0, structure.a0_given)
+    if structure.contacts is not None:
+        found[structure.contacts.kind] = digest(*structure.contacts.described(structure.u0))
     if run.start is not None:
         found["start"] = digest(run.start, *run.begin)
     begin = run.time(0)

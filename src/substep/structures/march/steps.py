@@ -66,17 +66,21 @@ class StructureSteps:
         return np.empty((0, self.steps.given))
 
     def begin(
-        self, X: Array, state: Array, memory: Memory | None = None, reactions: Array | None = None
+        self, X: Array, state: Array, memory: Memory | None = None, reactions: Array | None = None,
+        stands: Sequence[Array] = (),
     ) -> None:  # fmt: skip
         """Put the state into X (V, n), and behind it, in the unknowns' places, what the first system takes.
 
-        memory: what the internal force remembers there; reactions: those there. By default what the run begins with.
+        memory: what the internal force remembers there; reactions: those there, or stands, as another march has them.
+        By default what the run begins with.
         """
         if self.run.memory is not None:
             self.memories[:] = [self.run.memory if memory is None else memory]
         reactions = self.run.reactions if reactions is None else reactions
-        if reactions is not None and (kept := [x for x in self.pressings if x is not None]):
-            kept[-1].resume(reactions, self.steps.rows["u_0"][: len(state)] @ state)
+        if reactions is not None and (last := self.last_pressing) is not None:
+            last.resume(reactions, self.steps.rows["u_0"][: len(state)] @ state)
+            if len(stands):
+                last.go_on(*stands)
         given = self.steps.given
         X[:given] = state
         combined(self.ahead, X[:given], X[given : given + len(self.ahead)])
@@ -112,6 +116,11 @@ class StructureSteps:
             ahead = 0
             for u, v, since in system.commits if self.memories else ():
                 self._commit(*combined(np.array([u, v]), X), since, t)
+
+    @property
+    def last_pressing(self) -> Pressing | None:
+        """The contacts or constraints of the last balance that has any."""
+        return next((x for x in reversed(self.pressings) if x is not None), None)
 
     def touched(self, X: Array) -> Array:
         """Of contacts the mean reactions of a complete step, or the last that are remembered, and the gaps, (2, d).

@@ -95,6 +95,12 @@ class Contacts(Named):
             if which.any()
         ]
 
+    def described(self, u: Array) -> tuple[Any, ...]:
+        """What distinguishes them from others; u (n,) is not asked."""
+        del u
+        parts = self.columns, self.rows, self.gaps0, self.restitution, self.limits, self.shares
+        return repr(dict(self.names)), *parts
+
     def reactions(self, q: Array, W: Array, before: Array, strength: float) -> Array:
         """Reactions (d,) with which q + W p, gaps or rates, are right; strength: as in `scheme_plan.Touch`."""
         if not len(self.limits):
