@@ -137,8 +137,8 @@ def test_what_touches_goes_on_to_the_bit(tmp_path: Any, kind: str, scheme: str) 
     whole = ss.march(touching(kind), scheme, 0.02, 6.0, stride=2)
     assert whole.touched is not None
     acting = whole.t[np.any(whole.touched[:, 0] != 0.0, axis=1)]
-    for t_end in (*np.quantile(acting[acting < 6.0], [0.1, 0.6], method="nearest"), 6.0, 6.0):
-        found = ss.march(touching(kind), scheme, 0.02, t_end, stride=2, save=tmp_path / "run")
+    ends = *np.quantile(acting[acting < 6.0], [0.1, 0.6], method="nearest"), 6.0, 6.0
+    *_, found = (ss.march(touching(kind), scheme, 0.02, end, stride=2, save=tmp_path / "run") for end in ends)
     same(found, whole)
     assert np.array_equal(found.touched, whole.touched)
     more = ss.march(touching(kind), scheme, 0.02, 7.0, start=found.state, account=False)
