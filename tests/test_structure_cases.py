@@ -223,6 +223,7 @@ def test_what_does_not_fit_is_refused() -> None:
     for arguments, message in (
         ({"load": LOADS, "ground": [RECORD]}, "got both"),
         ({"ground": [RECORD]}, "direction"),
+        ({"ground": [np.ones(9)], "direction": 1.0, "scale": [2.0]}, "as ss.Record.dt, values., got ndarray"),
         ({"keep": "all"}, "did you mean|one of: final"),
         ({"dt": [0.1, 0.2], "keep": "history"}, "one dt"),
         ({"dt": None}, "expected t_end and either dt, a constant step, or tol"),

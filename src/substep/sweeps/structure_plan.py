@@ -32,6 +32,7 @@ from ..structures.march.scheme_plan import step_of
 from ..structures.march.steps import Run
 from ..structures.model.given import Dof, loads_of
 from ..structures.model.memory import RememberingForce
+from ..structures.model.model import of_ground
 from ..structures.model.springs import Springs
 from ..structures.structure import Structure, damped_by
 from .structure_points import LANES, Wanted, chosen, kinds_of, marched, side_by_side
@@ -245,8 +246,10 @@ def planned_structure(
     if keep == "history" and any(axis.owner == "step" for axis in request.axes):
         raise ValueError("expected one dt where histories are kept, got several; keep 'final' or 'peak', or sweep each")
     damped = models if dampings is None else [damped_by(s, c) for s in models for c in dampings]
+    if records is not None:  # once for all structures, so that they share its samples
+        records = [of_ground(r) for r in records]
     if records is not None and factors is not None:
-        pairs = ((r.of_ground(), x) for r in records for x in factors)
+        pairs = ((r, x) for r in records for x in factors)
         records = [Record(r.dt, float(x) * r.samples, unit="m/s^2", source=r.source) for r, x in pairs]
     cases = tuple(_cases(s, loads, records, direction) for s in damped)
     several = (

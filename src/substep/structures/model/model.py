@@ -347,9 +347,7 @@ class Model:
         names, a direction in which no free mass moves, integers of which it is not plain whether they are
         displacements or numbers of degrees of freedom, and a record without a unit that is likely not in m/s^2 and s.
         """
-        if not isinstance(record, Record):
-            raise ValueError(f"expected the ground acceleration as ss.Record(dt, values), got {type(record).__name__}")
-        record = record.of_ground()
+        record = of_ground(record)
         iota = self.influence_of(direction)
         shape = -self.inertia_of(iota)
         return replace(self, loads=(*self.loads, (shape, record)), motions=(*self.motions, (iota, record)))
@@ -386,6 +384,13 @@ class Model:
 
     def __repr__(self) -> str:
         return f"Structure({self.size} free of {self.T.shape[0]} degrees of freedom, {len(self.loads)} loads)"
+
+
+def of_ground(record: Any) -> Record:
+    """The record in m/s^2. Raises ValueError for anything else, and as `Record.of_ground`."""
+    if not isinstance(record, Record):
+        raise ValueError(f"expected the ground acceleration as ss.Record(dt, values), got {type(record).__name__}")
+    return record.of_ground()
 
 
 def sum_of_matrices(structure: Model, m: complex, c: complex, k: complex) -> Matrix:
