@@ -246,11 +246,7 @@ def planned_structure(
     if keep == "history" and any(axis.owner == "step" for axis in request.axes):
         raise ValueError("expected one dt where histories are kept, got several; keep 'final' or 'peak', or sweep each")
     damped = models if dampings is None else [damped_by(s, c) for s in models for c in dampings]
-    if records is not None:  # once for all structures, so that they share its samples
-        records = [of_ground(r) for r in records]
-    if records is not None and factors is not None:
-        pairs = ((r, x) for r in records for x in factors)
-        records = [Record(r.dt, float(x) * r.samples, unit="m/s^2", source=r.source) for r, x in pairs]
+    records = _records(records, factors)
     cases = tuple(_cases(s, loads, records, direction) for s in damped)
     several = (
         None if isinstance(structure, Structure) else models,
@@ -302,6 +298,16 @@ def _listed(name: str, values: Any) -> Sequence[Any] | None:
         return values if values is None else list(values)
     one = f"{type(values).__name__}, one value"
     raise ValueError(f"expected {name} as a list, an axis of the sweep, got {one}; give a list [{name}], also of one")
+
+
+def _records(ground: Sequence[Any] | None, factors: Array | None) -> list[Record] | None:
+    """The records in m/s^2, each with each factor. Structures share them, and their samples."""
+    if ground is None:
+        return None
+    found = [of_ground(record) for record in ground]
+    if factors is None:
+        return found
+    return [Record(r.dt, float(x) * r.samples, unit="m/s^2", source=r.source) for r in found for x in factors]
 
 
 def _cases(
