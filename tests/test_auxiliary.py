@@ -52,6 +52,16 @@ def test_a_run_goes_on_with_it(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", CARRYING)
+def test_a_ball_bounces_under_it(name: str) -> None:
+    """It falls from 1 m, and leaves with half of its velocity; what is kept of reactions has the state's name."""
+    r = ss.march(ss.scene("bouncing_ball"), name, dt=5e-4, t_end=0.7)
+    g, fall = 9.81, np.sqrt(2 / 9.81)
+    since = r.t[-1] - fall
+    assert r.u[-1, 0] == pytest.approx(g * fall / 2 * since - g / 2 * since**2, abs=2e-3)
+    assert r.status == "completed"
+
+
+@pytest.mark.parametrize("name", CARRYING)
 def test_steps_by_a_tolerance_are_refused_by_name(name: str) -> None:
     with pytest.raises(ValueError, match=f"one-step or composite scheme .*, got {name}, which carries .*; give dt"):
         ss.march("duffing", name, tol=1e-6, t_end=1.0)

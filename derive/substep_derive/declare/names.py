@@ -56,10 +56,11 @@ def python_name(symbol: Symbol) -> str:
     characters, is escaped: it begins with Z, and each such character becomes its hexadecimal code between two Zs.
     """
     at = knot_of(symbol)
-    return f"{at[0]}_{_label_name(at[1])}" if at else symbol.name
+    return f"{at[0]}_{label_name(at[1])}" if at else symbol.name
 
 
-def _label_name(label: str) -> str:
+def label_name(label: str) -> str:
+    """A knot's label as `python_name` writes it."""
     number = lattice(label)
     if number is not None and str(number) == label:
         return label.replace("-", "m").replace("/", "o")

@@ -20,6 +20,7 @@ from ..constrained.explicit import explicit, first_factors, require_held
 from ..constrained.prescribed import Prescribed, prescribed
 from ..declare.errors import DeclarationError
 from ..declare.law import larger, slope, smaller, where_at_least
+from ..declare.names import label_name
 from ..declare.scene import Scene
 from ..declare.scheme import Scheme
 from ..declare.symbols import N, h, kind_of, knot, knot_of, successor
@@ -280,7 +281,7 @@ def kept(w: Writer, step: Step) -> tuple[Mapping[Symbol, Symbol], Assignments, M
     own = {s for e in step.outputs[2:] if e.is_Symbol for s in e.free_symbols}
     wanted = {successor(s) for s in step.state} | own
     names = {
-        s: Symbol(f"a_*free{(knot_of(s) or ('', ''))[1]}")
+        s: Symbol(f"a_*free{label_name((knot_of(s) or ('', ''))[1])}")
         for s in sorted(wanted, key=str)
         if kind_of(s) == 2 and s in step.unknowns
     }
