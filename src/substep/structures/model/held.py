@@ -14,7 +14,7 @@ KEPT = 1e-9  # of a gradient times the displacements, or the velocities: how far
 DEPENDENT = 1e-10  # of the largest singular value of the directions of gradients: with a smaller one they are dependent
 NEAR = 1e-6  # of the displacements, or 1, to ask for gradients beside the start
 ROUNDED = 1e-13  # of a gradient: a change within it is rounding
-STATES = 2  # beside the start, at which constraints are looked at to recognise them
+STATES, BESIDE = 2, 0.01  # how many displacements constraints are recognised by, and how far these are from the start
 TURNED = 1e-5  # share by which gradients turn along the velocity, to find their rate by central differences
 Given = Callable[[Array], Any]
 
@@ -47,7 +47,7 @@ class Held(Named):
     def described(self, u: Array) -> tuple[Any, ...]:
         """What distinguishes them from others: values and gradients at the start u (n,) and beside it."""
         random = np.random.default_rng(0)
-        beside = [u + (self.length or 1.0) * random.normal(size=u.shape) for _ in range(STATES)]
+        beside = [u + BESIDE * (self.length or 1.0) * random.normal(size=u.shape) for _ in range(STATES)]
         return repr(dict(self.names)), *(x for at in (u, *beside) for x in self.at(at))
 
     def gaps(self, u: Array) -> Array:
