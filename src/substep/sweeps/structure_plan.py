@@ -240,8 +240,9 @@ def planned_structure(
     request = asked(scheme, dt, tol, t_end, keep, parameters, {}, {}, text, RESERVED | OWN)
     if tol is not None and (keep == "history" or "grid" in request.chosen):
         raise ValueError(
-            "expected 'final' or 'peak' of structures that choose their steps, got 'history': the rows of each are its "
-            "own steps; march each, or give dt"
+            "expected 'final' or 'peak' of structures that choose their steps, got "
+            f"{'grid' if 'grid' in request.chosen else 'history'}: the rows of each are its own steps; march each, or "
+            "give dt"
         )
     if keep == "history" and any(axis.owner == "step" for axis in request.axes):
         raise ValueError("expected one dt where histories are kept, got several; keep 'final' or 'peak', or sweep each")

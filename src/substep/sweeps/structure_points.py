@@ -151,7 +151,7 @@ def chosen(
     r = march_structure(s, scheme, None, of.t_end, dofs=of.dofs, account=False, progress=False, tol=tol, **asked)
     if r.status == "interrupted":
         raise KeyboardInterrupt
-    rows = [np.array([r.u, r.v, r.a][: kinds_of(scheme, of.t_end)])]
+    rows = [np.array([getattr(r, name) for name in "uva"[: kinds_of(scheme, of.t_end)]])]
     if of.springs:
         assert r.springs is not None
         rows.append(np.array([r.springs.elongations, r.springs.forces]))

@@ -60,8 +60,9 @@ class Kept:
 class Histories(Kept):
     """What a march in constant steps has so far: rows of u, v, a in memory or on disk, energies, and iterations.
 
-    done, state, last, motion, tangents, memory, of_springs and energies belong together and are set at once, last in a
-    step: what a step that was interrupted has put elsewhere lies beyond `done` and does not count. last: the step.
+    done, state, last, motion, tangents, memory, of_springs, stands and energies belong together and are set at once,
+    last in a step: what a step that was interrupted has put elsewhere lies beyond `done` and does not count. last: the
+    step.
     """
 
     def __init__(
@@ -119,8 +120,6 @@ class Histories(Kept):
         if self.touched:
             reactions, gaps = march.touched(X)
             self.touched += [np.array([reactions, gaps])] if kept else []
-            assert march.last_pressing is not None
-            self.stands = march.last_pressing.stands
         if energies is not None:
             both = combined(march.steps.report[:2], X)
             energies = energies.after(self.run.structure, both, step.t, step.h, *self._loads(done), memory, reactions)
@@ -137,6 +136,8 @@ class Histories(Kept):
     ) -> None:  # fmt: skip
         """Where the march is after a step, last, or after a stretch that ends with this motion (2 or 3, n)."""
         of_springs = self.of_springs if self.springs is None else self.springs.latest
+        pressing = None if last is None else last.march.last_pressing
+        self.stands = () if pressing is None else pressing.stands
         self.done, self.state, self.energies, self.tangents = done, state, energies, tangents
         self.memory, self.of_springs, self.last, self.motion = memory, of_springs, last, motion
         self.reactions = reactions
@@ -263,7 +264,7 @@ class Histories(Kept):
             t, s = self.run.time(self.done), self.run.structure
             loads = s.load_values(np.array([t]))[0]
             found = Energies.of(s, last["energies"], t, loads, self.memory)
-            self.energies = found._replace(reactions=self.reactions if self.done else None, **last["sums"])
+            self.energies = found._replace(reactions=self.reactions, **last["sums"])
 
 
 class ChosenHistories(Kept):
