@@ -270,10 +270,18 @@ def inside(
     name: str, value: ArrayLike, low: float | None, high: float | None, low_open: bool, high_open: bool
 ) -> NDArray[np.float64]:
     """The value as an array of finite numbers in an interval, None for no bound, else a ValueError."""
+
+    def beyond(x: Any) -> tuple[Any, Any]:
+        below = low is not None and (x <= low if low_open else x < low)
+        return below, high is not None and (x >= high if high_open else x > high)
+
+    if type(value) is np.ndarray and value.dtype == np.float64 and value.size > 1:
+        plain = cast("NDArray[np.float64]", value)
+        ends = float(plain.min()), float(plain.max())  # both NaN where one number is
+        if all(math.isfinite(x) and not any(beyond(x)) for x in ends):
+            return plain  # the usual case, without temporary arrays
     array = real_array(name, value)
-    values = array if array.ndim else float(array)  # of one number NumPy makes arrays, which takes longer
-    below = low is not None and (values <= low if low_open else values < low)
-    above = high is not None and (values >= high if high_open else values > high)
+    below, above = beyond(array if array.ndim else float(array))  # of one number NumPy makes arrays, at more time
     if np.any(below) or np.any(above) if array.ndim else below or above:
         ends = ("-inf" if low is None else low), ("inf" if high is None else high)
         interval = f"{'(' if low_open else '['}{ends[0]}, {ends[1]}{')' if high_open else ']'}"
