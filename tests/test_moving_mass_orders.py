@@ -12,7 +12,7 @@ from substep_kernels.facts import CATALOGUE
 import substep as ss
 
 MIXED = (name for name, s in BY_NAME.items() if mixes_otherwise(s) and name != "discontinuous_galerkin_p1")
-REFUSED = ("energy_momentum", "gholampour", *{*OF_STIFFNESS, *UNDAMPED, *MIXED})
+REFUSED = ("energy_momentum", "gholampour", *sorted({*OF_STIFFNESS, *UNDAMPED, *MIXED}))
 READ = [name for name in NAMES if name not in REFUSED]
 SLOW = ("butcher6", "gauss3", "radau_iia3", "crouzeix4", "four_substep")
 # their balances mix forces of inertia of one instant with forces of another, so that what they keep as acceleration is
