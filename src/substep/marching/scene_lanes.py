@@ -118,7 +118,7 @@ def march_lanes(
         **{"u": u, "v": v, "a": a, "n": np.array(n, dtype=np.int64), "first": 0, "stride": stride},
         "state": np.zeros((P, kept + more, u.shape[1])),
         "out": np.zeros((P, rows, reported + more, u.shape[1])),
-        "extremes": np.abs(np.concatenate((u, v, a), axis=1)[:, : followed * u.shape[1]]),
+        "extremes": _moduli((u, v, a)[:followed], u.shape),
         "newton": np.zeros((P, 2, scheme.balances), dtype=np.int64),
         "iterations": np.zeros((P, steps if counts else 0, scheme.balances), dtype=np.int64),
         **{name: np.empty(P, dtype=np.int64) for name in ("n_done", "status")},
@@ -146,7 +146,7 @@ def march_lanes(
         arrays["state"][:, len(scheme.state) : kept] = u[:, None]  # where a scheme takes the tangent at the start
     else:
         for k, (kind, _) in enumerate(module.STATE):
-            arrays["state"][:, k] = arrays[kind]
+            copy_rows(arrays[kind], arrays["state"][:, k])
     _run(module, arrays, P, steps // stride + 1, reader, len(scene.info.memory), _threads(scene, scheme, module))
     energy = scene.energy(begin.origin + begin.first * dt, u, v, memory)
     peak = np.maximum(arrays["peak"], energy)
@@ -211,9 +211,21 @@ def _of_lanes(x: Any, shape: tuple[int, ...]) -> Array:
         right = given.shape == shape and given.dtype == np.float64
         if right and given.flags.c_contiguous and given.flags.writeable:  # kernels only read it
             return given
-    found = np.empty(shape)
-    found[...] = x
+    found, given = np.empty(shape), np.ascontiguousarray(x, dtype=np.float64)
+    if len(shape) > 1 and given.shape[-1] == shape[-1]:
+        copy_rows(given, found)
+    else:
+        found[...] = given
     return found
+
+
+def _moduli(rows: Sequence[Array], shape: tuple[int, int]) -> Array:
+    """Of k arrays of that shape (P, d), side by side (P, k d)."""
+    P, d = shape
+    found = np.empty((P, len(rows), d))
+    for k, x in enumerate(rows):
+        copy_rows(x, found[:, k])
+    return np.abs(found, out=found).reshape(P, len(rows) * d)
 
 
 def _share_loads(scene: Scene, scheme: Scheme, dt: Array) -> bool:

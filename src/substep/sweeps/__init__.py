@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core import single
-from ..core.arrays import Array, named
+from ..core.arrays import Array, copy_rows, named
 from ..core.device import Device, found, on
 from ..core.errors import called_as, whole
 from ..core.loads import Load
@@ -268,7 +268,7 @@ def _fill(
                 for name in variables:
                     found, target = results[name].reshape((*shape, *results[name].shape[1:])), targets[name]
                     if not _is_there(name, found, target, chunk):
-                        target[chunk.where] = found
+                        _put(found, target, chunk)
             except BaseException:
                 _reset(targets, variables, chunk)
                 raise
@@ -277,6 +277,16 @@ def _fill(
     if left:
         runs = sum(chunk.last - chunk.first for chunk in left.values())
         raise RuntimeError(f"expected results of every run, {runs} did not come; please report this")
+
+
+def _put(found: Array, target: Any, chunk: Chunk) -> None:
+    """Put results of a chunk into the target, a store's array or one of NumPy."""
+    if isinstance(target, np.ndarray) and found.ndim > len(chunk.where) and found.strides[-1] == found.itemsize:
+        there = cast("Array", target)[chunk.where]
+        if there.dtype == found.dtype:
+            copy_rows(found, there)
+            return
+    target[chunk.where] = found
 
 
 def _is_there(name: str, found: Any, target: Any, chunk: Chunk) -> bool:

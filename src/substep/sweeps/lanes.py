@@ -46,8 +46,10 @@ def march_group(plan: SweepPlan, scene: Scene, scheme: Scheme, step: Any, P: int
     newton, done = group.newton, group.done
     if not (newton.strides[0] or done.strides[0]):  # one for all lanes
         newton, done = newton[:1], done[:1]
+    mean = np.empty((len(newton), newton.shape[2]))
     with np.errstate(invalid="ignore"):
-        mean = newton[:, 0] / done[:, None]  # NaN if no step was completed
+        for k, of_balance in enumerate(newton[:, 0].T):
+            np.divide(of_balance, done, out=mean[:, k])  # NaN if no step was completed
     of_newton = {"newton_iterations": np.broadcast_to(mean, (P, mean.shape[1])), "newton_most": group.newton[:, 1]}
     return {**group.kept, **of_newton, "status": group.status.astype(np.int8)}
 
