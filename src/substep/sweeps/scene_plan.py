@@ -18,6 +18,7 @@ from ..core.scenes import Scene, make_scene
 from ..core.schemes import Scheme, scheme_info
 from ..core.schemes import scheme as make_scheme
 from ..core.single import Dtype, require_possible
+from ..core.threads import cores
 from ..core.units import require_ratio
 from ..marching.adaptive import adaptive_kernels
 from ..marching.linear import LOADED
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
     from ..derived.modules import Declaration, SceneDeclaration
 
 MEMORY = 64e6  # bytes that a chunk takes while it is run
-LANE_STEPS = {True: 5e7, False: 4e6}  # linear march or not -> steps of all lanes of a chunk: about 0.2 s on one core
+LANE_STEPS = {True: 5e7, False: 4e6}  # linear march or not -> steps of all lanes of a chunk: about 0.1 s on one core
 TO_EVENTS = 2e3  # the same where steps end at events, which Python runs
 ON_DEVICE = 1e9  # the same for a chunk that a GPU runs, whose threads are 10^5 lanes at once
 SINCE = "since"  # an argument of kernels that take the time itself, which would lose its digits in single precision
@@ -232,7 +233,10 @@ class ScenePlan(SweepPlan):
         piece: list[int] = []
         for size in (max(size, 1) for size in reversed(self.shape)):
             here = max(1, min(size, int(lanes)))
-            piece.append(-(-size // -(-size // here)))  # pieces of nearly equal size
+            pieces = -(-size // here)
+            if pieces > 1 and not (cluster or on_device):
+                pieces += -pieces % cores()  # none is left that one core runs alone
+            piece.append(-(-size // pieces))  # pieces of nearly equal size
             lanes = lanes / size if here == size else 0.0
         return tuple(reversed(piece))
 
@@ -247,7 +251,7 @@ class ScenePlan(SweepPlan):
         own_load = any(axis.owner in ("scheme", "load") for axis in self.axes) or not self.oscillator
         sampled = min(n, LOADED) if self.oscillator and is_known(self.load) else n  # steps at a time
         loads = 2 * sampled * scheme.info.loads if self.load is not None and own_load else 0
-        return 8.0 * (rows * (6 * d + 2) + loads + 50)
+        return 8.0 * (rows * (6 * d + 2) + loads + (16 if self.oscillator else 50))
 
 
 def planned(
