@@ -376,3 +376,17 @@ def test_a_signature_fits_a_screen(name: str) -> None:
     assert len(textwrap.wrap(shown, 80)) <= 12
     assert "Union[" not in shown
     assert "array(" not in shown
+
+
+@pytest.mark.parametrize("house", ["derive/substep_derive", "src/substep", "extras"])
+def test_the_readme_lists_every_room_in_the_order_of_the_layers(house: str) -> None:
+    sections = (ROOT / "README.md").read_text(encoding="utf-8").partition("\n## The rooms\n")[2].split("\n`")
+    (section,) = (x for x in sections if x.startswith(f"{house}/`"))
+    listed = re.findall(r"^\| `(\w+)/` \|", section, re.MULTILINE)
+    there = {p.parent.name for p in (ROOT / house).glob("*/__init__.py")}
+    assert sorted(listed) == sorted(there)
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"][
+        "contracts"
+    ]
+    layers = [c["layers"] for c in contracts if c.get("containers") == [house.rpartition("/")[2]]]
+    assert all([room for room in reversed(layer) if room in there] == listed for layer in layers)
