@@ -77,7 +77,7 @@ def plan_of(steps: Steps, of_rate: bool, some: tuple[bool, ...]) -> tuple[tuple[
         np.array([f.place for f, _ in every], np.int64), np.array([f.since for f, _ in every]),
         np.array([f.u[s.place] == 0.0 and not (of_rate and s.velocity[s.place]) for f, s in every], bool),
     )  # fmt: skip
-    slopes = np.reshape([_share(f, s) for f, s in every], (-1, 2)).T.copy()
+    slopes = np.reshape([_share(f, s, of_rate) for f, s in every], (-1, 2)).T.copy()
     commits = [(c.u, c.v, c.since) for s in systems for c in s.commits]
     commits.append((steps.report[0], steps.report[1], steps.since))
     u, v, since = (np.array(x) for x in zip(*commits, strict=True))
@@ -104,11 +104,15 @@ def _answered(steps: Steps, of_rate: bool, level: int, u: Array, v: Array, since
     return found
 
 
-def _share(force: Force, system: System) -> tuple[float, float]:
-    """How the slopes by elongations and by rates, taken where this force is, count in the residual's derivative."""
+def _share(force: Force, system: System, of_rate: bool) -> tuple[float, float]:
+    """How the slopes by elongations and by rates, taken where this force is, count in the residual's derivative.
+
+    Those by rates count 0 where no law reads rates, which a kernel then need not add.
+    """
     j = system.place
     moving = [f for f in system.forces if f.u[j] != 0.0] or list(system.forces[:1])
-    return (float(force.w * force.u[j]), float(system.damping[j])) if any(f is force for f in moving) else (0.0, 0.0)
+    counts = any(f is force for f in moving)
+    return float(force.w * force.u[j]) * counts, float(system.damping[j]) * (counts and of_rate)
 
 
 def _firsts(parts: Sequence[Sequence[Any]]) -> NDArray[np.int64]:
