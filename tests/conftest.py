@@ -5,7 +5,7 @@ import random
 import sys
 import zlib
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import suppress
 from importlib import import_module
@@ -102,7 +102,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     The gate runs a test over the catalogue's schemes for one scheme of every other kind, another test for others, so
     that every scheme meets many tests; a test marked `every_scheme` it runs for all. A test marked `pairs` it runs for
     every scheme, on one scene: see `plain_kernels.gate_pairs`. Of one marked `matrix`, whose many cases take long, it
-    runs every sixth case; one marked `thorough` it leaves to `make verify`.
+    runs every twelfth case; one marked `thorough` it leaves to `make verify`. Of any other test of schemes it runs at
+    least one case.
 
     `make verify` draws up to `DRAWN` cases of each test, others every time; a file run alone runs them all.
     """
@@ -110,19 +111,22 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         from plain_kernels import gate_pairs, kinds
 
         cases: Counter[str] = Counter()
+        left = set[str]()
 
         def runs(item: pytest.Item) -> bool:
             function, case = item.nodeid.partition("[")[0], cases[item.nodeid.partition("[")[0]]
             cases[function] += 1
             if item.get_closest_marker("thorough"):
+                left.add(item.nodeid)
                 return False
             if item.get_closest_marker("matrix"):
-                return case % 6 == 0
+                return case % 12 == 0
             if item.get_closest_marker("pairs") and isinstance(item, pytest.Function):
                 return (item.callspec.params["scheme"], item.callspec.params["scene"]) in gate_pairs()
             return bool(item.get_closest_marker("every_scheme")) or in_gate(function, _schemes(item), kinds())
 
-        _choose(config, items, [runs(item) for item in items])
+        chosen = [runs(item) for item in items]
+        _choose(config, items, with_one_of_each([item.nodeid for item in items], chosen, left))
     elif whole(config) and os.environ["SUBSTEP_DRAW"] != "all":
         drawn = draw([item.nodeid for item in items], os.environ["SUBSTEP_DRAW"])
         _choose(config, items, [item.nodeid in drawn for item in items])
@@ -136,6 +140,17 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 def _choose(config: pytest.Config, items: list[pytest.Item], chosen: Sequence[bool]) -> None:
     config.hook.pytest_deselected(items=[item for item, run in zip(items, chosen, strict=True) if not run])
     items[:] = [item for item, run in zip(items, chosen, strict=True) if run]
+
+
+def with_one_of_each(cases: Sequence[str], chosen: Sequence[bool], left: Set[str]) -> list[bool]:
+    """The choice, with one more case of each test of which none is chosen, but of those in `left`."""
+    met = {case.partition("[")[0] for case, run in zip(cases, chosen, strict=True) if run}
+    first = dict[str, str]()
+    for case in cases:
+        if case not in left and (test := case.partition("[")[0]) not in met:
+            first.setdefault(test, case)
+    more = set(first.values())
+    return [run or case in more for case, run in zip(cases, chosen, strict=True)]
 
 
 def draw(cases: Sequence[str], seed: str) -> set[str]:

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from conftest import DRAWN, draw, in_gate
+from conftest import DRAWN, draw, in_gate, with_one_of_each
 from declared import NAMES
 from plain_kernels import kinds
 
@@ -21,6 +21,12 @@ def test_the_gate_leaves_no_scheme_and_no_test_out() -> None:
         assert found in ([*range(0, len(every), 2)], [*range(1, len(every), 2)])
         assert in_gate(function, ["elastic_pendulum"], kinds())
     assert all(any(in_gate(function, [name], kinds()) for function in functions) for name in NAMES)
+
+
+def test_no_test_of_schemes_is_left_out_whatever_the_kinds_of_these_are() -> None:
+    cases = ["a[x]", "a[y]", "b[x]", "b[y]", "c[x]", "d"]
+    chosen = with_one_of_each(cases, [False, True, False, False, False, True], {"c[x]"})
+    assert [case for case, run in zip(cases, chosen, strict=True) if run] == ["a[y]", "b[x]", "d"]
 
 
 def test_verify_draws_cases_of_every_test_and_in_time_all_of_them() -> None:

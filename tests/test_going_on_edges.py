@@ -316,6 +316,7 @@ def test_a_history_of_a_scene_has_no_rows_that_its_scheme_does_not_carry() -> No
     ss.march(SPRING, "rk4", dt=0.1, t_end=1.0, start={"u": 1.0, "v": 0.0, "history": rows})
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("scheme", ["newmark", "bathe", "generalized_alpha"])
 @pytest.mark.parametrize(
     ("load", "t"), [(ss.Step(2.0, start=0.5), 0.5), (ss.Record(0.1, [3.0] * 4), 0.3), (ss.Record(0.1, [3.0] * 4), None)]

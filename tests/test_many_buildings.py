@@ -42,6 +42,7 @@ def scaled(s: ss.Structure, record: ss.Record, scale: float) -> ss.Structure:
     return s.ground_motion(ss.Record(record.dt, scale * record.samples), 1.0)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("scheme", "own_solver", "t_end"),
     [

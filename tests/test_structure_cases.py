@@ -152,6 +152,7 @@ def bouncing(height: float) -> ss.Structure:
     )
 
 
+@pytest.mark.matrix
 @pytest.mark.parametrize("keep", ["final", "peak"])
 @pytest.mark.parametrize(
     "structures",

@@ -298,6 +298,7 @@ def test_a_massless_node_meets_a_stop_as_a_gap_in_a_spring(name: str) -> None:
         ss.structure(np.diag([1.0, 0.0]), K, **pressed | {"u0": [0.01, 0.0]}).a0
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["average_acceleration", "generalized_alpha", "bathe", "newmark_bdf2", "hht_alpha"])
 def test_a_bar_whose_end_has_no_mass_meets_a_floor(name: str) -> None:
     """The pressure is that of the exact solution from the front on: it does not ring. Nobody gains energy ...
