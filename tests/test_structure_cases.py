@@ -152,6 +152,16 @@ def bouncing(height: float) -> ss.Structure:
     )
 
 
+@pytest.mark.parametrize("keep", ["final", "peak", "history"])
+def test_of_no_degree_of_freedom_what_springs_do_is_kept(keep: Any) -> None:
+    call: dict[str, Any] = {"dt": 0.05, "t_end": 1.0, "keep": keep}
+    whole = ss.sweep([yielding(0.5), yielding(1.0)], "newmark", **call)
+    found = ss.sweep([yielding(0.5), yielding(1.0)], "newmark", **call, dofs=[])
+    assert found.sizes["dof"] == 0
+    xr.testing.assert_equal(found.drop_dims("dof"), whole.drop_dims("dof"))
+    assert float(abs(found["peak_force" if keep == "peak" else "force"]).max()) > 0.0
+
+
 @pytest.mark.matrix
 @pytest.mark.parametrize("keep", ["final", "peak"])
 @pytest.mark.parametrize(

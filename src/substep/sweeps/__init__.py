@@ -225,7 +225,7 @@ def _here(
 
     def run(chunk: Chunk) -> Results:
         places = {name: target[chunk.where] for name, target in (targets or {}).items()}  # contiguous, as points are
-        room = {name: x.reshape(-1, *x.shape[len(plan.shape) :]) for name, x in places.items()}
+        room = {name: x.reshape(chunk.last - chunk.first, *x.shape[len(plan.shape) :]) for name, x in places.items()}
         with on(plan.device), single.on(plan.dtype), at_most(workers if together == 1 else 1):
             return plan.run(chunk.first, chunk.last, room)
 
@@ -281,7 +281,8 @@ def _fill(
 
 def _put(found: Array, target: Any, chunk: Chunk) -> None:
     """Put results of a chunk into the target, a store's array or one of NumPy."""
-    if isinstance(target, np.ndarray) and found.ndim > len(chunk.where) and found.strides[-1] == found.itemsize:
+    rows = found.size > 0 and found.ndim > len(chunk.where) and found.strides[-1] == found.itemsize
+    if rows and isinstance(target, np.ndarray):
         there = cast("Array", target)[chunk.where]
         if there.dtype == found.dtype:
             copy_rows(found, there)
