@@ -220,7 +220,7 @@ def _of_lanes(x: Any, shape: tuple[int, ...]) -> Array:
 
 
 def _moduli(rows: Sequence[Array], shape: tuple[int, int]) -> Array:
-    """Of k arrays of that shape (P, d), side by side (P, k d)."""
+    """The moduli of k arrays of that shape (P, d), side by side (P, k d)."""
     P, d = shape
     found = np.empty((P, len(rows), d))
     for k, x in enumerate(rows):

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from ..derived.modules import Declaration, SceneDeclaration
 
 MEMORY = 64e6  # bytes that a chunk takes while it is run
-LANE_STEPS = {True: 5e7, False: 4e6}  # linear march or not -> steps of all lanes of a chunk: about 0.1 s on one core
+LANE_STEPS = {True: 5e7, False: 4e6}  # linear march or not -> steps of all lanes of a chunk: 0.05 to 0.1 s on one core
 TO_EVENTS = 2e3  # the same where steps end at events, which Python runs
 ON_DEVICE = 1e9  # the same for a chunk that a GPU runs, whose threads are 10^5 lanes at once
 SINCE = "since"  # an argument of kernels that take the time itself, which would lose its digits in single precision
