@@ -58,8 +58,9 @@ def text(scheme: Any, scene: Any) -> str:
 
     Both are names of the catalogue, or declarations.
     """
-    committed = GENERATED / "pairs" / f"{scheme}__{scene}.py"
-    return committed.read_text(encoding="utf-8") if committed.exists() else text_of(uncommitted_pair(scheme, scene))
+    if (scheme, scene) in COMMITTED:
+        return (GENERATED / "pairs" / f"{scheme}__{scene}.py").read_text(encoding="utf-8")
+    return text_of(uncommitted_pair(scheme, scene))
 
 
 @cache

@@ -202,6 +202,53 @@ def test_friction_is_bounded_by_the_pressure_of_a_penalty() -> None:
     assert np.allclose(r.outputs["floor"], 9.81, rtol=0.0, atol=1e-6)
 
 
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("stiff", [1e5, 1e7])
+def test_an_augmented_lagrangian_ends_at_the_pressures_that_are_found(stiff: float) -> None:
+    """Two masses on a spring over a floor, and a stop between them: penalties, augmented in each step until they hold.
+
+    By the trapezoidal rule, whose acceleration goes on without the pressures: a step's are halved by its impulse.
+    """
+    w, h, k = Symbol("w"), 0.005, 500.0
+    fall = Scene(
+        "augmented", coordinates={u: "m", w: "m"}, kinetic=(v**2 + rate(w) ** 2) / 2,
+        potential=k * (w - u - Rational(1, 2)) ** 2 / 2 + 10 * (u + w), parameters=(),
+        contacts={"floor": u, "stop": w - u - Rational(9, 20)},
+        start={u: Rational(1, 10), w: Rational(3, 5), v: -1, rate(w): -3}, length=1,
+    )  # fmt: skip
+    r = ss.march(ss.scene(fall), "average_acceleration", dt=h, t_end=0.15)
+    B, K, f = np.array([[1.0, 0.0], [-1.0, 1.0]]), k * np.array([[1.0, -1.0], [-1.0, 1.0]]), np.array([-260.0, 240.0])
+    A = np.eye(2) + h**2 / 4 * K
+    x, rates, a, most = r.u[0], r.v[0], r.a[0], 0
+
+    def balanced(start: Array, pressures: Array) -> tuple[Array, Array]:
+        """z, and the pressures with the penalties of what they leave of the gaps."""
+        free, active = B @ start - np.array([0.0, 0.45]), np.full(2, True)
+        for _ in range(3):  # which penalties act is known after two
+            left = A + h**2 / 4 * stiff * (B.T * active) @ B
+            z = np.linalg.solve(left, f - K @ start + B.T @ (active * (pressures - stiff * free)))
+            more = pressures - stiff * (free + h**2 / 4 * B @ z)
+            active = more > 0.0
+        return z, np.maximum(0.0, more)
+
+    for n in range(30):  # impacts multiply rounding: by 1e7 in 60 steps
+        start, before, rounds = x + h * rates + h**2 / 4 * a, np.full(2, np.inf), 0
+        z, pressures = balanced(start, np.zeros(2))
+        while np.abs(pressures - before).max() > 1e-14 * stiff:
+            before, rounds = pressures, rounds + 1
+            z, pressures = balanced(start, before)
+        most = max(most, rounds)
+        x, rates = start + h**2 / 4 * z, rates + h / 2 * (a + z)
+        a = f - K @ x
+        found = [r.memory[name][n + 1] for name in ("floor", "stop")]
+        for mine, other, within in (
+            (x, r.u[n + 1], 1e-10), (rates, r.v[n + 1], 1e-8), (a, r.a[n + 1], 1e-7), (pressures / 2, found, 1e-6)
+        ):  # fmt: skip
+            assert np.allclose(mine, other, rtol=0.0, atol=within)
+    assert most > 3
+    assert all((r.memory[name] > 0).any() for name in ("floor", "stop"))
+
+
 def test_penalties_that_mean_nothing_are_refused() -> None:
     with pytest.raises(DeclarationError, match="penalty above 0 of a contact, got -1"):
         Contact(u, penalty=-1)

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
+from scipy.special import ellipk
 from substep_derive import Constraint, Contact, Friction, Scene, optional, rate, sampled
 from substep_derive.declare.parameter import REAL
 from sympy import Interval, Symbol
@@ -104,6 +105,21 @@ def test_a_block_rides_on_a_belt_and_slides_when_the_spring_pulls_it_off() -> No
     assert t == pytest.approx(0.5, abs=1e-5)  # 0.1 N of a unit spring at 0.2 m/s
     at = r.t[-1] - 0.5
     assert r.u[-1, 0] == pytest.approx(0.1 + 0.2 * np.sin(at), abs=1e-5)
+
+
+@pytest.mark.parametrize("name", BOUNCING if VERIFY else BOUNCING[:1])
+def test_a_pendulum_meets_a_wall_when_elliptic_integrals_say(name: str) -> None:
+    """At the lowest point: each swing to it and back has sin(amplitude/2) = 1/2 of the one before."""
+    swings = np.sin(0.5) * 0.5 ** np.arange(4)
+    quarters = ellipk(swings**2) / np.sqrt(G)
+    impacts = quarters[0] + 2 * np.cumsum([0.0, *quarters[1:]])
+    first_order = min(ss.scheme(name).order or (1,)) < 2
+    r = ss.march("pendulum_at_wall", name, tol=1e-4 if first_order else 1e-7, t_end=3.7)
+    assert [what for _, what in events(r)] == ["hits"] * 4
+    assert np.allclose([t for t, _ in events(r)], impacts, rtol=0.0, atol=4e-2 if first_order else 5e-5)
+    if not first_order:
+        assert np.allclose([x.before for x in r.impacts], -2 * np.sqrt(G) * swings, rtol=1e-4)
+        assert r.energy[-1] == pytest.approx(G * (2 * (swings[-1] / 2) ** 2 - 1), rel=1e-6)
 
 
 def test_a_block_rocks_as_housner_has_it() -> None:

@@ -11,6 +11,7 @@ from .declare.parameter import Family, Parameter, Root
 from .declare.published import Published
 from .declare.reactions import Constraint, Contact, Friction
 from .declare.scene import Scene, optional, required
+from .declare.scenes.constrained import four_bars, rod_chain
 from .declare.scheme import Balance, Scheme
 from .declare.symbols import K0, C, K_t, M, N, N_discrete, Omega, acceleration, f, h, knot, rate, sampled, t, xi
 from .declare.tableau import nystrom, tableau
@@ -77,6 +78,7 @@ __all__ = [
     "elapsed",
     "estimator",
     "f",
+    "four_bars",
     "h",
     "impact",
     "knot",
@@ -86,6 +88,7 @@ __all__ = [
     "prescribed",
     "rate",
     "required",
+    "rod_chain",
     "sampled",
     "t",
     "tableau",

@@ -114,7 +114,27 @@ sliding_block = Scene(
     reference="a block thrown along a floor, on which it slides with the coefficient of friction mu until it rests",
 )
 
-x, y, phi, c, phi0 = (Symbol(name) for name in ("x", "y", "phi", "c", "phi0"))
+x, y, phi, c, phi0, L = (Symbol(name) for name in ("x", "y", "phi", "c", "phi0", "L"))
+
+pendulum_at_wall = Scene(
+    "pendulum_at_wall",
+    coordinates={phi: "rad"},
+    kinetic=m * L**2 * rate(phi) ** 2 / 2,
+    potential=-m * g * L * cos(phi),
+    contacts={"wall": Contact(b + L * sin(phi), restitution=restitution)},
+    parameters=(
+        optional(m, 1),
+        optional(L, 1),
+        optional(g, Rational("9.81")),
+        optional(b, 0, REAL),
+        optional(restitution, Rational(1, 2), Interval(0, 1)),
+        optional(phi0, 1, REAL),
+    ),
+    start={phi: phi0, rate(phi): 0},
+    length=1,
+    energy_scale=m * g * L,
+    reference="a pendulum on a rod, let go at phi0, meets a wall at the distance b beyond the vertical",
+)
 
 
 def _corner(side: int) -> tuple[Expr, Expr]:
@@ -159,5 +179,6 @@ ALL = (
     bouncing_ball,
     friction_oscillator,
     sliding_block,
+    pendulum_at_wall,
     rocking_block,
 )
