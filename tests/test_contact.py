@@ -223,12 +223,12 @@ def test_an_augmented_lagrangian_ends_at_the_pressures_that_are_found(stiff: flo
 
     def balanced(start: Array, pressures: Array) -> tuple[Array, Array]:
         """z, and the pressures with the penalties of what they leave of the gaps."""
-        free, active = B @ start - np.array([0.0, 0.45]), np.full(2, True)
+        free, z, more = B @ start - np.array([0.0, 0.45]), start, np.ones(2)
         for _ in range(3):  # which penalties act is known after two
+            active = more > 0.0
             left = A + h**2 / 4 * stiff * (B.T * active) @ B
             z = np.linalg.solve(left, f - K @ start + B.T @ (active * (pressures - stiff * free)))
             more = pressures - stiff * (free + h**2 / 4 * B @ z)
-            active = more > 0.0
         return z, np.maximum(0.0, more)
 
     for n in range(30):  # impacts multiply rounding: by 1e7 in 60 steps

@@ -1,6 +1,7 @@
 """Points on rigid rods, in Cartesian coordinates, with the rods as constraints."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 from sympy import Add, Expr, Integer, Rational, Symbol, sqrt
 
@@ -104,18 +105,20 @@ def four_bars(n: int) -> Scene:
     if n < 1:
         raise DeclarationError(f"expected a row of one linkage or more, got {n}; give n of at least 1")
     tops = [(Symbol(f"x{i}"), Symbol(f"y{i}")) for i in range(n + 1)]
-    bars = {f"crank{i}": ((i * L, Integer(0)), top) for i, top in enumerate(tops)}
-    bars |= {f"coupler{i}": (tops[i - 1], tops[i]) for i in range(1, n + 1)}
+    ends: list[tuple[Sequence[Expr], Sequence[Expr]]] = [((i * L, Integer(0)), top) for i, top in enumerate(tops)]
+    ends += pairwise(tops)
+    bars = dict(
+        zip([*(f"crank{i}" for i in range(n + 1)), *(f"coupler{i}" for i in range(1, n + 1))], ends, strict=True)
+    )
     squares = {name: Symbol(f"s_{name}") for name in bars}
-
-    speeds = {q: rate(q) for top in tops for q in top}
-    along = ((speeds.get(p, Integer(0)), speeds[q]) for a, b in bars.values() for p, q in zip(a, b, strict=True))
+    speeds: dict[Expr, Expr] = {q: rate(q) for top in tops for q in top}
+    along = [(speeds.get(p, Integer(0)), speeds[q]) for a, b in ends for p, q in zip(a, b, strict=True)]
     return Scene(
         f"four_bars_{n}",
         coordinates={q: "m" for top in tops for q in top},
         kinetic=m * Add(*((v**2 + v * w + w**2) / 6 for v, w in along)),
         invariants={squares[name]: _square(b, a) for name, (a, b) in bars.items()},
-        potential=m * g * Add(*(a[1] + b[1] for a, b in bars.values())) / 2,
+        potential=m * g * Add(*(a[1] + b[1] for a, b in ends)) / 2,
         constraints={name: (s - L**2) / 2 for name, s in squares.items()},
         parameters=(
             optional(L, 1),
