@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 from substep_derive import Constraint, Contact, Friction, Scene, optional, rate, sampled
+from substep_derive import t as time
 from substep_derive.declare.parameter import REAL
-from sympy import Interval, Symbol
+from sympy import Interval, Rational, Symbol, sin
 from test_constraints import NEXT, PENDULUM, VERIFY
 from test_friction import LASTING
 
@@ -300,3 +301,44 @@ def test_a_sliding_block_with_a_restitution_of_0_stops_where_it_should() -> None
     assert [what for _, what in events(r) if what in ("closes", "sticks")] == ["closes", "sticks"]
     assert r.happenings[0].t == pytest.approx(0.1, abs=1e-6)
     assert r.happenings[-1].t == pytest.approx(0.1 + after / 3, abs=1e-5)
+
+
+def test_what_lets_go_within_a_step_is_not_passed_over() -> None:
+    """A mass on a stop under a load that lifts it for a part of each period, and on a floor that vibrates under it.
+
+    What is held moves as it should in steps of any length: only its reaction says that they are too long.
+    """
+    lifted = Scene(
+        "lifted", coordinates={u: "m"}, kinetic=v**2 / 2, potential=0 * u, parameters=(), start={u: 0, v: 0}, length=1,
+        load={u: 10 * sin(20 * time) - 8}, contacts={"stop": Contact(u, restitution=0)},
+    )  # fmt: skip
+    begin = np.arcsin(0.8) / 20  # of each period; it comes down before the next, and is where the last began 0.75 s on
+    last = begin + 4 * np.pi / 20
+    t = 0.75
+    expected = (np.cos(20 * last) / 2) * (t - last) - (np.sin(20 * t) - np.sin(20 * last)) / 40 - 4 * (t - last) ** 2
+    for tol, within in ((1e-3, 2e-4), (1e-5, 1e-5), (1e-8, 2e-7)):
+        r = ss.march(ss.scene(lifted), "average_acceleration", tol=tol, t_end=t)
+        assert [what for _, what in events(r)] == ["opens", "closes", "opens", "closes", "opens"]
+        assert r.u[-1, 0] == pytest.approx(expected, abs=within)
+    shaken = Scene(
+        "shaken", coordinates={u: "m"}, kinetic=v**2 / 2, potential=Rational(981, 100) * u, parameters=(),
+        start={u: 0, v: 1}, length=1, contacts={"floor": Contact(u - sin(20 * time) / 20, restitution=0)},
+    )  # fmt: skip
+    r = ss.march(ss.scene(shaken), "average_acceleration", tol=1e-4, t_end=1.5)
+    opens = [at for at, what in events(r) if what == "opens"]
+    lifts = np.arcsin(9.81 / 20) / 20 + np.pi / 10 * np.arange(5)  # where the floor begins to fall by more than g
+    assert np.allclose(opens, lifts, rtol=0.0, atol=1e-4)
+
+
+def test_what_friction_holds_at_rest_is_marched() -> None:
+    """A structure that nothing moves, whose velocities have no scale of their own; then one that a load drags along."""
+    pad = {"pad": ({0: 1.0}, 8.0)}
+    for K in (100.0, 0.0):
+        held = ss.structure([[1.0]], [[K]], load=({0: 3.0}, np.ones_like), friction=pad)
+        r = ss.march(held, "average_acceleration", tol=1e-4, t_end=1.0)
+        assert r.status == "completed"
+        assert np.abs(r.u).max() < 1e-15
+    dragged = ss.structure([[1.0]], [[0.0]], load=({0: 10.0}, lambda t: np.sin(20 * t)), friction=pad)
+    r = ss.march(dragged, "average_acceleration", tol=1e-5, t_end=0.3)
+    assert [what for _, what in events(r)][:3] == ["slides", "sticks", "slides"]
+    assert events(r)[0][0] == pytest.approx(np.arcsin(0.8) / 20, abs=1e-5)

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from substep_derive import Scene, rate
-from sympy import S, symbols
+from substep_derive import Contact, Scene, rate, t
+from sympy import Rational, S, sin, symbols
 from typer.testing import CliRunner
 
 import substep as ss
@@ -139,3 +139,23 @@ def test_the_growth_by_which_most_runs_are_passed_over_bounds_every_row(name: st
     assert marched(whole, scheme, 1e-4, 0.02, 10).growth == r.growth  # also of rows that are not kept
     on = marched(whole, scheme, 1e-4, 0.03, start=r)
     assert on.growth == pytest.approx(on.energy.max() / on.energy[0], rel=1e-12)
+
+
+@pytest.mark.usefixtures("uncompiled")
+def test_what_forces_and_what_moves_give_is_no_gain_of_the_scheme() -> None:
+    """A constant force, a constraint and a stop that move; and a contact whose pressure is remembered, under a load."""
+    y = symbols("y")
+    one: dict[str, Any] = {"coordinates": {x: "m"}, "kinetic": rate(x) ** 2 / 2, "parameters": (), "length": 1}
+    one["start"] = {x: 0, rate(x): Rational(1, 10)}
+    two = one | {"coordinates": {x: "m", y: "m"}, "kinetic": (rate(x) ** 2 + rate(y) ** 2) / 2}
+    two["start"] = {x: Rational(1, 10), rate(x): 0, y: Rational(1, 10), rate(y): 0}
+    for declared in (
+        Scene("pulled", potential=0 * x, forces={x: 1}, **one),
+        Scene("turned", potential=0 * x, forces={x: 2 * y, y: -2 * x}, **two),
+        Scene("moved", potential=x**2 / 2, constraints={"rail": y - Rational(1, 10) - t**2}, **two),
+        Scene("driven", potential=0 * x, constraints={"rail": rate(y) - t}, **two),
+        Scene("met", potential=0 * x, contacts={"wall": Contact(x + Rational(3, 10) - t, Rational(1, 2))}, **one),
+        Scene("lifted", potential=0 * x, load={x: 8 * sin(3 * t) - 3}, contacts={"stop": Contact(x, remembered=True)},
+              **one | {"start": {x: 1, rate(x): 0}}),
+    ):  # fmt: skip
+        assert said(declared, "average_acceleration", dt=0.01, t_end=0.6 if declared.name == "lifted" else 3.0) == ""

@@ -30,6 +30,11 @@ class larger(Function):
 
     nargs = 2
 
+    def fdiff(self, argindex: Any = 1) -> Expr:
+        """The derivative, by branch: where both are equal, that of the first."""
+        x, y = self.args
+        return where_at_least(x, y, Integer(argindex == 1), Integer(argindex == 2))
+
     def _latex(self, printer: Any) -> str:
         return rf"\max\left({', '.join(map(printer.doprint, self.args))}\right)"
 
@@ -39,6 +44,11 @@ class smaller(Function):
 
     nargs = 2
 
+    def fdiff(self, argindex: Any = 1) -> Expr:
+        """The derivative, by branch: where both are equal, that of the first."""
+        x, y = self.args
+        return where_at_least(y, x, Integer(argindex == 1), Integer(argindex == 2))
+
     def _latex(self, printer: Any) -> str:
         return rf"\min\left({', '.join(map(printer.doprint, self.args))}\right)"
 
@@ -47,6 +57,11 @@ class where_at_least(Function):
     """Of arguments a, b, x, y: x where a >= b, else y."""
 
     nargs = 4
+
+    def fdiff(self, argindex: Any = 1) -> Expr:
+        """The derivative, by branch: nothing by what decides."""
+        a, b, *_ = self.args
+        return where_at_least(a, b, Integer(argindex == 3), Integer(argindex == 4)) if argindex > 2 else Integer(0)
 
     def _latex(self, printer: Any) -> str:
         a, b, x, y = map(printer.doprint, self.args)

@@ -8,7 +8,7 @@ import builtins
 import keyword
 import re
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from sympy import Symbol
 
@@ -124,11 +124,12 @@ def check_scene(
     parameters: Iterable[Symbol],
     coordinates: Iterable[Symbol],
     derived: Iterable[Symbol],
-    outputs: Iterable[str],
+    named: Mapping[str, Iterable[str]],
 ) -> None:
     """Raises DeclarationError where names of a scene would collide in generated code.
 
-    derived: symbols of rates, accelerations and invariants.
+    derived: symbols of rates, accelerations, invariants and reactions. named: names of laws, constraints, contacts,
+    frictions and outputs, by what they are.
     """
     _check_identifier(scene, "scene", scene)
     values, q = [p.name for p in parameters], [s.name for s in coordinates]
@@ -143,10 +144,11 @@ def check_scene(
                 f"{scene}: expected a coordinate whose name does not end with an underscore, got '{name}'; rename it"
             )
     _check_distinct(scene, [*values, *q, *(s.name for s in derived), "t", "f", "h"])
-    for name in outputs:
-        _check_identifier(scene, "output", name)
-        if name in _SCENE_FUNCTIONS:
-            raise _taken(scene, "output", name)
+    for what, names in named.items():
+        for name in names:
+            _check_identifier(scene, what, name)
+            if name in _SCENE_FUNCTIONS:
+                raise _taken(scene, what, name)
 
 
 def check_law(law: str, parameters: Iterable[Symbol], memory: Iterable[Symbol]) -> None:

@@ -16,7 +16,6 @@ from sympy import (
     Symbol,
     fraction,
     oo,
-    sympify,
     together,
     true,
 )
@@ -24,6 +23,7 @@ from sympy import factor as factored
 
 from ..algebra.algebraic import Algebraic, RealRoot, irreducible, real_roots
 from .errors import DeclarationError
+from .expressions import expression
 
 POSITIVE, NOT_NEGATIVE, REAL = Interval.open(0, oo), Interval(0, oo), Interval(-oo, oo)
 
@@ -81,7 +81,7 @@ class Parameter:
             )
         if self.default is None or isinstance(self.default, Root):
             return
-        default = sympify(self.default)
+        default = expression(self.name, "a default", self.default)
         object.__setattr__(self, "default", default)
         if default.has(self.symbol) or any(part.is_Float for part in default.atoms()):
             raise DeclarationError(
@@ -220,3 +220,9 @@ def _sign(e: Expr, parameters: Sequence[Parameter], *, or_zero: bool) -> int:
         if all(sign * x > 0 or (x == 0 and allowed) for x, allowed in ends) and any(sign * x > 0 for x, _ in ends):
             return sign
     return 0
+
+
+def signed(e: Expr, parameters: Sequence[Parameter]) -> Expr:
+    """The expression with parameters that cannot be negative as symbols of which SymPy knows it."""
+    known = [p.symbol for p in parameters if p.domain.is_subset(NOT_NEGATIVE)]
+    return e.subs({s: Symbol(s.name, nonnegative=True) for s in known}, simultaneous=True)

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 from sympy import Expr, Symbol, sympify
 
 from .errors import DeclarationError
-from .potentials import negative_part
+from .expressions import expression
+from .potentials import by_branch, negative_part
 
 LEVELS = ("position", "velocity", "both")
 
@@ -28,7 +29,8 @@ class Constraint:
     projected: bool = False
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "expression", sympify(self.expression))
+        given = expression("a constraint", "what is to be 0", self.expression)
+        object.__setattr__(self, "expression", by_branch(given))
         if self.level not in LEVELS:
             raise DeclarationError(
                 f"expected the level of a constraint among {', '.join(LEVELS)}, got {self.level!r}; give one of these"
@@ -64,13 +66,14 @@ class Contact:
     def __post_init__(self) -> None:
         for name in ("gap", "restitution", "penalty"):
             given = getattr(self, name)
-            object.__setattr__(self, name, None if given is None else sympify(given))
+            found = None if given is None else by_branch(expression("a contact", f"a {name}", given))
+            object.__setattr__(self, name, found)
         if self.penalty is not None and (self.restitution is not None or self.remembered):
             raise DeclarationError(
                 "expected a contact with a penalty, an elastic stop, without restitution and remembered=True, got "
                 "both; leave one out"
             )
-        if self.penalty is not None and self.penalty.is_number and not self.penalty > 0:
+        if self.penalty is not None and self.penalty.is_number and not self.penalty.is_positive:
             raise DeclarationError(
                 f"expected a penalty above 0 of a contact, got {self.penalty}; it is the stiffness of the stop"
             )
@@ -99,8 +102,9 @@ class Friction:
     limit: Expr
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "along", sympify(self.along))
-        object.__setattr__(self, "limit", sympify(self.limit))
+        for name in ("along", "limit"):
+            given = expression("a friction", f"a {name}", getattr(self, name))
+            object.__setattr__(self, name, by_branch(given))
 
     def renamed(self, names: Mapping[Symbol, Expr]) -> "Friction":
         """The same with other names of parameters."""

@@ -11,12 +11,14 @@ from typing import Any
 from sympy import Expr, Interval, S, Symbol, sympify
 
 from .errors import DeclarationError
+from .expressions import expression
 from .law import Element
 from .names import printed
 from .parameter import POSITIVE, Parameter
 from .potentials import by_branch
 from .reactions import Constraint, Contact, Friction
 from .scene_checks import check
+from .scene_given import require_types
 from .symbols import acceleration, rate
 
 
@@ -27,7 +29,7 @@ def required(symbol: Symbol, domain: Interval = POSITIVE) -> Parameter:
 
 def optional(symbol: Symbol, default: Any, domain: Interval = POSITIVE) -> Parameter:
     """A parameter with its default."""
-    return Parameter(symbol, domain, sympify(default))
+    return Parameter(symbol, domain, default)
 
 
 @dataclass(frozen=True)
@@ -49,9 +51,9 @@ class Scene:
     invariants, parameters and t that is kept at 0 by a reaction; its multiplier has the name. One that holds rates, in
     which it is linear, is kept at 0 at velocities; so is the derivative of a `Constraint` of level "velocity".
     contacts: name -> a gap, likewise, that a pressure of the name keeps from closing beyond 0, or a `Contact`.
-    frictions: name -> a force of the name against what slides. outputs: name -> expression in coordinates and
-    invariants. energy_scale: the energy to which errors are relative in a scene that starts without energy. reference:
-    where the scene is from.
+    frictions: name -> a force of the name against what slides. outputs: name -> expression in coordinates, their
+    rates, invariants, parameters and t. energy_scale: the energy to which errors are relative in a scene that starts
+    without energy. reference: where the scene is from.
     """
 
     name: str
@@ -74,9 +76,15 @@ class Scene:
     reference: str = ""
 
     def __post_init__(self) -> None:
+        require_types(self)
         for name in ("kinetic", "potential", "dissipation"):
-            object.__setattr__(self, name, by_branch(sympify(getattr(self, name))))
-        object.__setattr__(self, "forces", {q: by_branch(sympify(e)) for q, e in self.forces.items()})
+            object.__setattr__(self, name, by_branch(expression(self.name, f"a {name}", getattr(self, name))))
+        for name in ("forces", "load", "start", "invariants", "outputs"):
+            given = {key: expression(self.name, f"{name} of {key}", e) for key, e in getattr(self, name).items()}
+            object.__setattr__(self, name, {q: by_branch(e) for q, e in given.items()} if name == "forces" else given)
+        for name in ("length", "energy_scale"):
+            if (given := getattr(self, name)) is not None or name == "length":
+                object.__setattr__(self, name, expression(self.name, f"a {name}", given))
         for of, name in ((Constraint, "constraints"), (Contact, "contacts")):
             given = {key: x if isinstance(x, of) else of(x) for key, x in getattr(self, name).items()}
             object.__setattr__(self, name, given)

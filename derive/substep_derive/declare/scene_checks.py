@@ -7,12 +7,12 @@ from collections.abc import Iterable, Mapping
 from typing import Any, Protocol
 
 import sympy
-from sympy import Expr, Matrix, Max, Min, Piecewise, Rational, Symbol, eye, preorder_traversal, sympify
+from sympy import Expr, Interval, Matrix, Max, Min, Piecewise, Rational, Symbol, eye, preorder_traversal
 
 from .errors import DeclarationError
 from .law import Element, larger, slope, smaller, where_at_least
 from .names import check_scene
-from .parameter import NOT_NEGATIVE, Parameter
+from .parameter import NOT_NEGATIVE, Parameter, signed
 from .reactions import Constraint, Contact, Friction
 from .symbols import sampled, t
 
@@ -68,6 +68,8 @@ class _Declared(Protocol):
     @property
     def outputs(self) -> Mapping[str, Expr]: ...
     @property
+    def energy_scale(self) -> Expr | None: ...
+    @property
     def memory_of(self) -> Mapping[str, Mapping[Symbol, Symbol]]: ...
     @property
     def rates(self) -> tuple[Symbol, ...]: ...
@@ -79,12 +81,12 @@ def check(scene: _Declared) -> None:
     """All checks, in the order in which their messages help most."""
     of_laws = (s for names in scene.memory_of.values() for s in names.values())
     derived = (*scene.rates, *scene.accelerations, *scene.invariants, *of_laws, *scene.multipliers)
-    check_scene(scene.name, [p.symbol for p in scene.parameters], tuple(scene.coordinates), derived, scene.outputs)
+    named = {"law": scene.laws, "constraint": scene.constraints, "contact": scene.contacts, "friction": scene.frictions}
+    named |= {"output": scene.outputs}
+    check_scene(scene.name, [p.symbol for p in scene.parameters], tuple(scene.coordinates), derived, named)
     _symbols(scene)
     _kinetic(scene)
     _invariants(scene)
-    if missing := [s for s in (*scene.coordinates, *scene.rates) if s not in scene.start]:
-        raise DeclarationError(f"{scene.name}: start says nothing of {missing[0]}; give start={{{missing[0]}: ...}}")
     _mass(scene)
     _dissipation(scene)
 
@@ -99,21 +101,7 @@ def _symbols(scene: _Declared) -> None:
         _known(scene, f"elongation of {name}", element.elongation, values | q)
         for what, value in element.values.items():
             _known(scene, f"{what} of {name}", value, values)
-    held = [(f"constraint {name}", x.expression, "0", v) for name, x in scene.constraints.items()]
-    none = set[Symbol]()
-    held += [(f"contact {name}", x.gap, "0 at contact and positive before", none) for name, x in scene.contacts.items()]
-    held += [(f"friction {name}", x.along, "what slides", none) for name, x in scene.frictions.items()]
-    for what, g, value, rates in held:
-        _known(scene, what, g, values | q | set(scene.invariants) | {t} | rates)
-        if any(g.diff(a, b).expand() != 0 for a in rates for b in rates):
-            raise DeclarationError(
-                f"{scene.name}: expected {what} to be linear in {', '.join(sorted(map(str, v)))}, got {g}; a reaction "
-                "has no direction otherwise"
-            )
-        if not g.subs(scene.invariants).free_symbols & (q | rates):
-            raise DeclarationError(
-                f"{scene.name}: expected {what} to depend on coordinates, got {g}; write what is to be {value}"
-            )
+    _reactions(scene, values, q, v)
     _bounded(scene, values)
     for what, given in (("forces", scene.forces), ("load", scene.load)):
         if unknown := sorted((s for s in given if s not in q), key=str):
@@ -129,9 +117,46 @@ def _symbols(scene: _Declared) -> None:
             )
         _known(scene, f"force on {symbol}", force, values | q | v | {t})
     for symbol, force in scene.load.items():
-        _known(scene, f"load on {symbol}", sympify(force), values | {t, sampled})
-    for symbol, e in (*scene.start.items(), ("length", scene.length)):
-        _known(scene, f"start of {symbol}" if symbol != "length" else "length", sympify(e), values)
+        _known(scene, f"load on {symbol}", force, values | {t, sampled})
+    _start(scene, values)
+    for name, e in scene.outputs.items():
+        _known(scene, f"output {name}", e, values | q | v | set(scene.invariants) | {t})
+
+
+def _start(scene: _Declared, values: set[Symbol]) -> None:
+    """That the start says everything, and nothing of what there is not, and numbers that depend on parameters alone."""
+    for symbol, e in scene.start.items():
+        _known(scene, f"start of {symbol}", e, values)
+    for name, e in (("length", scene.length), ("energy scale", scene.energy_scale)):
+        if e is not None:
+            _known(scene, name, e, values)
+    if missing := [s for s in (*scene.coordinates, *scene.rates) if s not in scene.start]:
+        raise DeclarationError(f"{scene.name}: start says nothing of {missing[0]}; give start={{{missing[0]}: ...}}")
+    some = {*scene.coordinates, *scene.rates, *scene.accelerations}
+    if unknown := [s for s in scene.start if s not in some]:
+        raise DeclarationError(
+            f"{scene.name}: start is given of '{unknown[0]}', expected only coordinates, rates and accelerations, "
+            f"{', '.join(sorted(map(str, some)))}; correct the name"
+        )
+
+
+def _reactions(scene: _Declared, values: set[Symbol], q: set[Symbol], v: set[Symbol]) -> None:
+    """What constraints, contacts and frictions hold."""
+    held = [(f"constraint {name}", x.expression, "0", v) for name, x in scene.constraints.items()]
+    none = set[Symbol]()
+    held += [(f"contact {name}", x.gap, "0 at contact and positive before", none) for name, x in scene.contacts.items()]
+    held += [(f"friction {name}", x.along, "what slides", none) for name, x in scene.frictions.items()]
+    for what, g, value, rates in held:
+        _known(scene, what, g, values | q | set(scene.invariants) | {t} | rates)
+        if any(g.diff(a, b).expand() != 0 for a in rates for b in rates):
+            raise DeclarationError(
+                f"{scene.name}: expected {what} to be linear in {', '.join(sorted(map(str, v)))}, got {g}; a reaction "
+                "has no direction otherwise"
+            )
+        if not g.subs(scene.invariants).free_symbols & (q | rates):
+            raise DeclarationError(
+                f"{scene.name}: expected {what} to depend on coordinates, got {g}; write what is to be {value}"
+            )
 
 
 def _bounded(scene: _Declared, values: set[Symbol]) -> None:
@@ -140,6 +165,11 @@ def _bounded(scene: _Declared, values: set[Symbol]) -> None:
     for name, friction in scene.frictions.items():
         allowed = values | pressures | set(scene.coordinates) | set(scene.invariants) | {t}
         _known(scene, f"limit of friction {name}", friction.limit, allowed)
+        if friction.limit != 0 and signed(friction.limit, scene.parameters).is_nonpositive:
+            raise DeclarationError(
+                f"{scene.name}: expected a limit of friction {name} that is not negative, got {friction.limit}; it is "
+                "the largest force against sliding"
+            )
         if any(friction.limit.diff(a, b).expand() != 0 for a in pressures for b in pressures):
             raise DeclarationError(
                 f"{scene.name}: expected a limit of friction {name} that is linear in pressures, got {friction.limit}; "
@@ -154,10 +184,10 @@ def _bounded(scene: _Declared, values: set[Symbol]) -> None:
                 f"{scene.name}: expected contact {name} to have a restitution or to be remembered, got both; an "
                 "impact acts once, so leave out remembered=True"
             )
-        if e is not None and e.is_number and not 0 <= e <= 1:
+        if e is not None and not _is_share(scene, e):
             raise DeclarationError(
                 f"{scene.name}: expected a restitution from 0 to 1 for contact {name}, got {e}; it is the share of the "
-                "velocity that an impact leaves"
+                "velocity that an impact leaves, a parameter as optional(e, Rational(1, 2), Interval(0, 1))"
             )
     if (kept := [name for name, x in scene.contacts.items() if x.remembered]) and scene.impulsive:
         raise DeclarationError(
@@ -166,11 +196,21 @@ def _bounded(scene: _Declared, values: set[Symbol]) -> None:
         )
 
 
+def _is_share(scene: _Declared, e: Expr) -> bool:
+    """Whether it lies from 0 to 1, as far as its parameters' intervals or defaults tell."""
+    share = Interval(0, 1)
+    of = {p.symbol: p for p in scene.parameters}
+    if isinstance(e, Symbol) and e in of:
+        return of[e].domain.is_subset(share) is True
+    at = e.subs({s: p.default for s, p in of.items() if isinstance(p.default, Expr)})
+    return not at.is_number or share.contains(at) == True  # noqa: E712 (of SymPy)
+
+
 def _known(scene: _Declared, what: str, expression: Expr, allowed: set[Symbol]) -> None:
     if unknown := sorted(expression.free_symbols - allowed, key=str):
         raise DeclarationError(
             f"{scene.name}: the {what} holds '{unknown[0]}', expected only "
-            f"{', '.join(sorted(map(str, allowed)))}; declare it or correct the name"
+            f"{', '.join(sorted(map(str, allowed))) or 'numbers'}; declare it or correct the name"
         )
     parts = (e for e in preorder_traversal(expression) if "substep_derive" not in str(type(e).__module__))
     if (odd := next((e for e in parts if not isinstance(e, IN_KERNELS)), None)) is not None:
@@ -214,10 +254,20 @@ def _invariants(scene: _Declared) -> None:
 
 
 def _mass(scene: _Declared) -> None:
-    """That the mass matrix is regular, tried at numbers for all parameters, and small enough to be inverted."""
+    """That no mass is negative, that the mass matrix is regular, tried at numbers for all parameters, and small enough.
+
+    Only a mass that is constant is inverted in any size.
+    """
+    mass, q = hessian(scene.kinetic, scene.rates), tuple(scene.coordinates)
+    if negative := [
+        q[i] for i in range(len(q)) if mass[i, i] != 0 and signed(mass[i, i], scene.parameters).is_nonpositive
+    ]:
+        raise DeclarationError(
+            f"{scene.name}: expected a kinetic energy that is not negative, got {scene.kinetic}, in which "
+            f"{negative[0]} has the mass {mass[q.index(negative[0]), q.index(negative[0])]}; correct the sign"
+        )
     if scene.constraints:  # which may hold what has no mass, and need no inverse
         return
-    mass, q = hessian(scene.kinetic, scene.rates), tuple(scene.coordinates)
     if len(q) > MOST and mass.free_symbols & {*q, t}:
         raise DeclarationError(
             f"{scene.name}: expected at most {MOST} coordinates where the mass depends on them or on t, since its "

@@ -21,6 +21,7 @@ from ..constrained.prescribed import Prescribed, prescribed
 from ..declare.errors import DeclarationError
 from ..declare.law import larger, slope, smaller, where_at_least
 from ..declare.names import label_name
+from ..declare.parameter import signed
 from ..declare.scene import Scene
 from ..declare.scheme import Scheme
 from ..declare.symbols import N, h, kind_of, knot, knot_of, successor
@@ -141,9 +142,10 @@ def _require_holding(scheme: Scheme, asked: Asked) -> Prescribed | None:
             "with constraints, contacts or friction; take another scheme, or a scene without"
         )
     if asked.both and (later or asked.contacts or not all(stage.moved for stage in step.stages)):
+        cure = 'level="velocity"' if asked.contacts else 'level="position" with projected=True, or another scheme'
         raise DeclarationError(
             f"{scheme.name}: expected implicit balances alone, and no contacts or frictions, where a constraint holds "
-            'displacements and velocities; take level="position" with projected=True, or another scheme'
+            f"displacements and velocities; take {cure}"
         )
     if asked.rates or (asked.impulsive and not later):
         impulses(step)
@@ -224,8 +226,8 @@ def _rows(w: Writer, k: int, stage: Stage, to: Moving, u: Moving, v: Moving, mea
         without = limit.subs(dict.fromkeys(pressures, 0))
         most = (limit - without).expand().subs(pressures) + strength * without
         most = held.at(Matrix([most]), list(place), list(speed), when)[0]
-        if most.has(*unknown):  # a pressure that is to become 0 may be below it
-            most = larger(most, Integer(0))
+        if most.has(*unknown) or not signed(most, scene.parameters).is_nonnegative:
+            most = larger(most, Integer(0))  # a pressure that is to become 0 may be below it
         low, high = (moves[j] * (unknown[j] + sign * most) for sign in (-1, 1))
         found.append(larger(smaller(-rates[j] / c_v, high), low))  # where nothing presses, the rate says which
     found += [held.at(held.drift[0], list(place), list(speed), when)[j] / v.by_z for j in held.at_both]

@@ -55,6 +55,8 @@ def discrete_directions(motion: EquationsOfMotion, u0: Sequence[Expr], u1: Seque
                 f"{motion.scene.name}: expected {name} without time, for a scheme that takes forces as "
                 f"discrete gradients, got {g}; take another scheme"
             )
-        alone = replace(motion.scene, potential=g.subs(t, 0), constraints={}, contacts={}, frictions={}, laws={})
+        alone = replace(
+            motion.scene, potential=g.subs(t, 0), constraints={}, contacts={}, frictions={}, laws={}, forces={}, load={}
+        )  # fmt: skip
         rows.append(discrete_gradient(EquationsOfMotion(alone), u0, u1).T)
     return Matrix.vstack(*rows)

@@ -30,6 +30,7 @@ class SubStepEnd:
     always: bool
 
 
+@cache
 def passed(step: Step) -> Mapping[Symbol, Expr]:
     """Each symbol of a step in a motion of velocity 1 that is 0 at t_n, for h = 1: of a displacement its instant."""
     state = {s: [-steps_back(s), Integer(1), Integer(0)][kind_of(s)] for s in step.state}

@@ -55,15 +55,36 @@ class Acting:
 
 def reason(of: Acting) -> str:
     """Why the reactions have no solution, in words, and the cure; what acts, where that is not known; else nothing."""
-    if of.without_room:
-        return of.without_room
-    if found := _pressed_harder(of):
+    if found := of.without_room or _pressed_harder(of) or dependent(of):
         return found
     rubbing = [name for name, share in zip(of.frictions, of.shares, strict=True) if share.any() or not of.contacts]
     if not of.contacts and not rubbing:
         return ""
     acting = [*(f"contact '{x}'" for x in of.contacts), *(f"friction '{x}'" for x in rubbing)]
     return f"the branches of {_listed(acting)} were not found; take steps of another length"
+
+
+def dependent(of: Acting) -> str:
+    """That contacts, or frictions, repeat each other or constraints: no motion says what each bears; else nothing."""
+    d = len(of.contacts)
+    for what, names, some in (
+        ("contact", of.contacts, slice(0, d)), ("friction", of.frictions, slice(d, len(of.mobility)))
+    ):  # fmt: skip
+        A = of.mobility[some, some]
+        sizes = np.sqrt(np.diag(A))
+        if held := [name for name, size in zip(names, sizes, strict=True) if size == 0.0]:
+            return (
+                f"{what} '{held[0]}' acts where constraints leave no motion, so that its force is not determined; "
+                "leave it out"
+            )
+        values, vectors = np.linalg.eigh(A / np.outer(sizes, sizes))
+        if len(A) and values[0] <= SINGULAR:
+            which = [f"{what} '{names[k]}'" for k in np.flatnonzero(np.abs(vectors[:, 0]) > 1e-6).tolist()]
+            return (
+                f"{_listed(which)} repeat each other, so that their forces are not determined; leave one out, or give "
+                "one a penalty in place of a rigid stop"
+            )
+    return ""
 
 
 def _pressed_harder(of: Acting) -> str:
@@ -118,11 +139,15 @@ def of_scene(r: _Run) -> Acting | None:
     slides = np.where(np.abs(rates) > TOUCHES * across * float(np.abs(v).max()), rates, 0.0)[c + d :]
     shares = scene.limits(r.t[-1:], u)[0, :, 1:] if f else np.zeros((0, d))
     names = [name for name, _ in scene.coordinates]
+    M = mass(r, -1)
+    free, mobility = (rows @ _compliance(M, held) @ rows.T for held in (G[:0], G[:c]))
+    stuck = np.diag(mobility) <= SINGULAR * np.diag(free)  # by constraints
+    mobility[stuck], mobility[:, stuck] = 0.0, 0.0
     return Acting(
         [info.contacts[k] for k in touches],
         info.frictions,
         [", ".join(x for x, g in zip(names, G[c + k], strict=True) if g) for k in touches],
-        rows @ _compliance(mass(r, -1), G[:c]) @ rows.T,
+        mobility,
         shares[:, touches],
         slides,
         _without_room(r, G, (-ahead, -speeds), touches.tolist()),

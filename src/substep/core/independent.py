@@ -70,6 +70,8 @@ def independent(declaration: "SceneDeclaration", **parameters: Any) -> Independe
     """
     whole = _unchecked(declaration, parameters)
     at, names = (np.zeros(1), whole.u0[None], whole.v0[None]), whole.info.multipliers
+    if not names:
+        return Independent(scene(declaration, **parameters), (), 0, whole)
     kept = _independent(whole.directions(*at[:2])[0][: len(names)])
     left_out = [k for k in range(len(names)) if k not in kept]
     if not left_out:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .arrays import Array
 from .exports import Histories, History, to_dataset, to_frame
-from .fighting import Acting, ending, of_scene, reason
+from .fighting import Acting, dependent, ending, of_scene, reason
 from .impacts import Impact, Touching, impacts, require_each_step
 from .loads import Load
 from .powers import numerical, powers
@@ -115,12 +115,14 @@ class Response:
 
         It is looked for at the last row: see `substep.core.fighting`.
         """
-        if self.status not in ("newton_failed", "step_too_small") or self.t_failed is None:
+        if self.status not in ("newton_failed", "step_too_small", "non_finite") or self.t_failed is None:
             return ""
-        why = ""
+        why, overflows = "", self.status == "non_finite"
         with suppress(np.linalg.LinAlgError):  # of a last row that is beyond all bounds
             acting = self._acting()
-            why = (acting and reason(acting)) or self._ending()
+            why = (acting and (dependent if overflows else reason)(acting)) or ("" if overflows else self._ending())
+        if overflows and not why:
+            return ""
         default = "take a smaller step" if self.status == "newton_failed" else "allow a smaller step, or a larger tol"
         return f"the step to t = {self.t_failed:.6g} s was not solved: {why or default}"
 

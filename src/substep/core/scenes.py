@@ -399,10 +399,10 @@ def _acceleration(scene: Scene, a0: ArrayLike | str) -> Array:
         memory = np.atleast_2d(scene.memory0) if scene.info.memory else None
         found = scene.acceleration(np.zeros(len(u)), u, v, memory).reshape(scene.u0.shape)
         if found.ndim == 1 and not np.isfinite(found).all() and np.isfinite([*scene.parameters.values()]).all():
+            given = ", ".join(f"{name} = {x:g}" for name, x in scene.parameters.items()) or "t = 0"
             raise ValueError(
                 f"{scene.name}: expected a start at which the mass is not singular and all forces are finite, got the "
-                f"acceleration {found} at {', '.join(f'{name} = {x:g}' for name, x in scene.parameters.items())}; "
-                "start elsewhere"
+                f"acceleration {found} at {given}; start elsewhere"
             )
         return found
     array = np.atleast_1d(real_array("a0", a0))

@@ -85,6 +85,10 @@ class Reacting(ABC):
         """The acceleration (d,) of the equation of motion at a stand, under the load as it is around `middle`."""
 
     @abstractmethod
+    def pushed(self, at: Stand, reactions: Array) -> Array:
+        """The acceleration (d,) that reactions (d,) of contacts and frictions give at a stand, or its opposite."""
+
+    @abstractmethod
     def changes_to(self, at: Stand, closed: NDArray[np.intp], wanted: Array) -> Array:
         """The least changes (d, 2) of u and v that change what `drift` has of closed contacts by `wanted` (k, 2)."""
 

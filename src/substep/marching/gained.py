@@ -30,13 +30,14 @@ def gained(r: Response, dt: float | None) -> str:
         return _unstable(r, dt)
     ends = [0, -1]
     first, last = r.scene.energy(r.t[ends], r.u[ends], r.v[ends])
-    if not last > TIMES * abs(first):
-        return ""
-    if not _conservative(r):
+    if not (last > TIMES * abs(first) and _conservative(r)):
         return ""
     scale = abs(r.scene.E0)
     kinetic = float(np.nanmax(r.energy - r.scene.energy(r.t, r.u, np.zeros_like(r.v))))
     if not (last > TIMES * scale and last - first > 0.5 * kinetic):
+        return ""
+    acts = r.scene.info.contacts or r.scene.info.frictions  # whose runs have no such account
+    if r.powers and (acts or not -r.numerical[-1] > 0.5 * (last - first)):  # forces, and what moves, have given it
         return ""
     return (
         f"{r.scheme.name} has gained energy on {r.scene.name}, which conserves it: {last:.3g} J at t = {r.t[-1]:.6g} "
@@ -77,11 +78,15 @@ def _radii(scheme: Scheme, Omega: Array, xi: float) -> Array:
 def _conservative(r: Response) -> bool:
     """Whether nothing drives the scene or takes energy from it, as far as a state beside the start tells at all times.
 
-    A declared load, or a prescribed motion, shows in the acceleration or in the energy there.
+    A declared load, or a prescribed motion, shows in the acceleration or in the energy there, a stop that moves in its
+    gap.
     """
     scene = r.scene
     if scene.load is not None or (scene.info.damped and not (scene.info.oscillator or scene.info.conserves)):
         return False
     u, v = (np.tile(x + scene.length, (len(r.t), 1)) for x in (scene.u0, scene.v0))
-    found = (scene.energy(r.t, u, v), *scene.acceleration(r.t, u, v).T)
+    memory = np.zeros((len(r.t), len(scene.info.memory)))
+    found = [scene.energy(r.t, u, v), *scene.acceleration(r.t, u, v, memory).T]
+    if scene.info.contacts:
+        found += [*scene.gaps(r.t, u).T]
     return all(bool((x == x[0]).all()) for x in found)

@@ -108,6 +108,13 @@ class OfScene(Reacting):
         """See `Reacting.acceleration`."""
         return self.loaded.acceleration(np.array([at.t]), at.u[None], at.v[None], at.memory[None])[0]
 
+    def pushed(self, at: Stand, reactions: Array) -> Array:
+        """See `Reacting.pushed`."""
+        t, u, v = np.array([at.t]), at.u[None], at.v[None]
+        n, G = len(at.u), self.scene.directions(t, at.u[None])[0][self.reacts]
+        M = self.scene.constrained(t, u, v)[0][:n, :n]
+        return np.asarray(np.linalg.pinv(M) @ (G.T @ reactions), dtype=np.float64)
+
     def changes_to(self, at: Stand, closed: NDArray[np.intp], wanted: Array) -> Array:
         """See `Reacting.changes_to`; constraints stay as they are."""
         c = self.reacts.start
@@ -139,15 +146,14 @@ class _Run(ToEvents[OfScene]):
         super().__post_init__()
         self.store((self.at,))
 
-    def errors(self, one: Stand, end: Stand) -> Array:
-        """See `ToEvents.errors`."""
-        asked, found = self.asked, list[Array]()
-        fast = max(self.reacting.speed, float(np.abs(end.v).max()))
-        for x, old, new, base in (
-            (one.u, self.at.u, end.u, asked.atol_u), (one.v, self.at.v, end.v, asked.atol_v + asked.share_v * fast)
-        ):  # fmt: skip
-            found.append((new - x) / (base + asked.rtol * np.maximum(np.abs(old), np.abs(new))))
-        return np.array(found)
+    def scales(self, end: Stand) -> Array:
+        """See `ToEvents.scales`."""
+        asked, fast = self.asked, max(self.reacting.speed, float(np.abs(end.v).max()))
+        bases, old = (asked.atol_u, asked.atol_v + asked.share_v * fast), (self.at.u, self.at.v)
+        return np.array([
+            base + asked.rtol * np.maximum(np.abs(x), np.abs(y))
+            for base, x, y in zip(bases, old, (end.u, end.v), strict=True)
+        ])  # fmt: skip
 
     def beyond(self, made: Steps) -> bool:
         """See `ToEvents.beyond`."""

@@ -63,8 +63,9 @@ def needs_restitution(what: str, contact: str, declare: str) -> ValueError:
 class ToEvents(ABC, Generic[R]):
     """A run in such steps. reacting: where it is made; at: where it is; breaks: times at which loads jump or bend.
 
-    wanted: length of the next step; passed: how many steps in a row have passed over events; before, last: size of the
-    error of the step before, negative for none, and its length; iterations, lengths: of the steps that count.
+    wanted: length of the next step; pressed: reactions of the step before and its length, where they have gone on
+    since; passed: how many steps in a row have passed over events; before, last: size of the error of the step before,
+    negative for none, and its length; iterations, lengths: of the steps that count.
     """
 
     reacting: R
@@ -75,6 +76,7 @@ class ToEvents(ABC, Generic[R]):
     rejected: int = 0
     failed: int = 0
     passed: int = 0
+    pressed: tuple[Array, float] | None = None
     before: float = -1.0
     last: float = math.nan
     iterations: list[NDArray[np.int64]] = field(default_factory=list[NDArray[np.int64]])
@@ -94,8 +96,8 @@ class ToEvents(ABC, Generic[R]):
         self.mode: Mode | None = reacting.mode(self.at)
 
     @abstractmethod
-    def errors(self, one: Stand, end: Stand) -> Array:
-        """The errors of u and v at the end of a step, over their scales, where one and two steps lead."""
+    def scales(self, end: Stand) -> Array:
+        """What errors of u and v (2, d) at the end of a step may be."""
 
     def beyond(self, made: Steps) -> bool:
         """Whether the energy is beyond a bound in some steps."""
@@ -140,6 +142,7 @@ class ToEvents(ABC, Generic[R]):
             low = self.control._kept_from(0.0, self.power)
             wanted = self.control._next(h, self.wanted, size, self.before, self.last, low, 0.0, self.power, True)
             self.wanted, self.before, self.last, self.passed = wanted, size, h, 0
+            self.pressed = self.reacting.pressing(made.stands)[-1], 0.5 * h
         if event:
             yield from self._pass(mode)
         elif landing:
@@ -170,17 +173,33 @@ class ToEvents(ABC, Generic[R]):
         self.mode = after = self.reacting.mode(made.stands[-1])
         yield from self._accepted(made, after or within, landing=h == left)
         if self.status == "completed":
-            self.passed, self.before = self.passed + 1, -1.0
+            self.passed, self.before, self.pressed = self.passed + 1, -1.0, None
             self.happenings += self.reacting.happened(self.at.t, before, within, after or within)
 
     def _reject(self, wanted: float) -> None:
         self.rejected, self.wanted, self.before = self.rejected + 2, wanted, -1.0
 
     def _size(self, whole: Steps | str, made: Steps | str) -> float:
-        """The mean of the squares of the errors over their scales, of u and v at the end of two steps."""
+        """The mean of the squares of the errors over their scales, of u and v at the end of two steps.
+
+        Or that of the velocity which the errors of reactions would give, if it is larger: what is held has no other,
+        and what lets go of it would be passed over. Reactions are off by what one step and two differ by, or by what
+        the second of these differs from a straight line through those before, of which a third is in the velocity as by
+        the trapezoidal rule: where a motion is prescribed, their means are exact in steps of any length.
+        """
         if isinstance(whole, str) or isinstance(made, str):
             return math.inf
-        return float(np.mean(np.square(self.errors(whole.stands[-1], made.stands[-1]))))
+        one, end = whole.stands[-1], made.stands[-1]
+        scales = self.scales(end)
+        size = float(np.mean(np.square(np.array([end.u - one.u, end.v - one.v]) / scales)))
+        if self.reacting.contacts or self.reacting.frictions:
+            h, (first, second) = end.t - self.at.t, self.reacting.pressing(made.stands)
+            before, length = self.pressed or (first, 0.5 * h)
+            bent = (second - first - (first - before) * h / (0.5 * h + length)) / 3.0
+            for off in (0.5 * (first + second) - self.reacting.pressing(whole.stands)[0], bent):
+                by_reactions: Array = h * self.reacting.pushed(end, off) / scales[1]
+                size = max(size, float(np.mean(np.square(by_reactions))))
+        return size
 
     def _accepted(self, made: Steps, mode: Mode, *, landing: bool) -> Iterator[Steps]:
         """Some steps, from the end of which the run goes on, unless the energy is beyond the bound."""
@@ -207,6 +226,7 @@ class ToEvents(ABC, Generic[R]):
         """Go on behind a break point of the load: where it jumps, the acceleration that is carried jumps with it."""
         if t not in self.breaks:
             return
+        self.pressed = None
         old = self.reacting.acceleration(self.at)
         self._look()
         new = self.reacting.acceleration(self.at)

@@ -238,7 +238,8 @@ def structure(
 
 def _held(s: Structure, given: Any) -> Held:
     """Its nonlinear constraints, kept at the start. Raises ValueError for contacts, u0="static" or no mass besides."""
-    for what, there in (("contacts", s.contacts is not None), ('u0="static"', s.static)):
+    touching = s.contacts.kind if s.contacts is not None else ""
+    for what, there in ((touching, bool(touching)), ('u0="static"', s.static)):
         if there:
             raise ValueError(f"expected nonlinear constraints without {what}, got both; leave one out")
     if len(s.massless):

@@ -121,6 +121,13 @@ class OfStructure(Reacting):
             a = a + s.pushed_by(s.contacts.multipliers(at.u, at.v, a, s.solve_mass), at.u)
         return a
 
+    def pushed(self, at: Stand, reactions: Array) -> Array:
+        """See `Reacting.pushed`."""
+        contacts, force = self.run.structure.contacts, np.zeros(len(at.u))
+        assert isinstance(contacts, Contacts)
+        force[contacts.columns] = contacts.rows.T @ reactions
+        return self.run.structure.solve_mass(force)
+
     def changes_to(self, at: Stand, closed: NDArray[np.intp], wanted: Array) -> Array:
         """See `Reacting.changes_to`."""
         contacts, found = self.run.structure.contacts, np.zeros((len(at.u), 2))
@@ -131,14 +138,14 @@ class OfStructure(Reacting):
 
 @dataclass
 class _Run(ToEvents[OfStructure]):
-    """scales: what errors are divided by."""
+    """sizes: by which errors are divided."""
 
-    scales: Scales = None  # type: ignore[assignment]
+    sizes: Scales = None  # type: ignore[assignment]
 
-    def errors(self, one: Stand, end: Stand) -> Array:
-        """See `ToEvents.errors`."""
-        pairs = ((one.u, self.at.u, end.u), (one.v, self.at.v, end.v))
-        return np.array([(new - x) / self.scales.of(kind, old, new) for kind, (x, old, new) in enumerate(pairs)])
+    def scales(self, end: Stand) -> Array:
+        """See `ToEvents.scales`."""
+        pairs = (self.at.u, end.u), (self.at.v, end.v)
+        return np.array([np.broadcast_to(self.sizes.of(k, *pair), end.u.shape) for k, pair in enumerate(pairs)])
 
 
 class EventSteps:
@@ -157,11 +164,11 @@ class EventSteps:
         rows = run.given[[kind for kind, _ in run.scheme.history]]
         at = Stand(run.time(0), u, v, a, rows, Kept(run.memory, run.touched))
         reacting = OfStructure.of(run, asked, at)
-        scales = Scales(asked.rtol, (asked.atol_u, asked.atol_v), shares, [reacting.length, rms(v)])
+        scales = Scales(asked.rtol, (asked.atol_u, asked.atol_v), shares, [reacting.length, rms(v) or reacting.speed])
         breaks = frozenset(reacting.forces.targets[:-1].tolist())
         self.run, self.asked = run, asked
         self.first = at if len(step_of(run.scheme, asked.t_end).report) == 3 else at._replace(a=None)
-        self.march = _Run(reacting, asked, at, breaks, scales=scales)
+        self.march = _Run(reacting, asked, at, breaks, sizes=scales)
         self.done = 0
 
     @property
@@ -174,7 +181,7 @@ class EventSteps:
         begin, span = self.asked.t_begin, self.asked.t_end - self.asked.t_begin
         for made in self.march.march():
             for x in made.stands:
-                self.march.scales.saw(np.array([x.u, x.v]))
+                self.march.sizes.saw(np.array([x.u, x.v]))
             self.done = max(self.done, int(PARTS * (self.march.at.t - begin) / span))
             yield Passed(*made, self.march.reacting.middle)
 
