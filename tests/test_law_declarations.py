@@ -16,7 +16,7 @@ from substep_derive.declare.laws.viscous import power_damper
 from substep_derive.declare.scenes.hysteretic import hysteretic_oscillator
 from substep_derive.kernels.body import Body
 from substep_derive.motion.equations import EquationsOfMotion
-from sympy import Integer, Interval, Max, Min, Piecewise, Symbol
+from sympy import Abs, Eq, Integer, Interval, Max, Min, Piecewise, Rational, Symbol, sign
 
 import substep as ss
 from substep.core import laws
@@ -81,11 +81,25 @@ def own(**said: Any) -> Law:
         ),
         ({"memory": {k: 0}, "update": {k: e}}, "got 'k' twice; rename one"),
         ({"force": k * e_dot, "dissipated": k * (p - before(p))}, "no account of what a force of the rate dissipates"),
+        ({"parameters": required(k)}, "parameters as a tuple of required"),
+        ({"memory": [p]}, "memory as a mapping from symbols to expressions"),
+        ({"update": {"p": e}}, "update as a mapping from symbols to expressions, got 'p'"),
+        ({"memory": {p: float("nan")}}, "memory of p that is finite"),
+        ({"update": {p: Eq(e, 1)}}, r"update of p as an expression, got Eq\(e, 1\)"),
+        ({"force": float("inf") * e}, "force of a law that is finite"),
+        ({"force": Piecewise((k * e, e > 0))}, "a value everywhere"),
     ],
 )
 def test_what_defines_no_law_is_refused(said: Any, match: str) -> None:
     with pytest.raises(DeclarationError, match=match):
         own(**said)
+
+
+def test_what_is_no_element_of_a_law_is_refused() -> None:
+    with pytest.raises(DeclarationError, match="bilinear: expected an elongation as an expression"):
+        bilinear.on(Eq(u, 1), k=1, q_y=1, alpha=0)
+    with pytest.raises(DeclarationError, match="bilinear: expected a q_y that is finite, got nan"):
+        bilinear.on(u, k=1, q_y=float("nan"), alpha=0)
 
 
 def test_what_the_time_alone_changes_is_a_law() -> None:
@@ -202,3 +216,40 @@ def test_chosen_steps_see_yielding_and_reversals(scheme: str) -> None:
     gridded = ss.march(model, scheme, tol=1e-6, t_end=2.0, grid=times)
     p_exact = [exact(of, push, t, 0.0, 0.0).at(t)[2, 0] for t in times]
     assert gridded.memory["p"] == pytest.approx(p_exact, abs=2e-3)
+
+
+def test_branches_of_a_law_are_differentiated_as_those_of_a_scene() -> None:
+    """Forces with |e| and sign beside the same without; one that jumps is refused as such."""
+    c, x, rates = 2.0, np.array([-0.7, -0.1, 0.3, 1.2]), np.array([-2.0, 0.5, 1.0, -0.3])
+    one = (required(k),)
+    drag = ss.law(Law("drag", one, k * e_dot * Abs(e_dot)), k=c).evaluate(x, rates)
+    assert np.allclose(drag.force, c * rates * np.abs(rates))
+    assert np.allclose(drag.damping, 2 * c * np.abs(rates))
+    hardening = ss.law(Law("hardening", one, k * e * Abs(e)), k=c).evaluate(x)
+    assert np.allclose(hardening.tangent, 2 * c * np.abs(x))
+    root = ss.law(Law("root", one, k * Abs(e) ** Rational(3, 2) * sign(e)), k=c).evaluate(x)
+    assert np.allclose(root.force, c * np.abs(x) ** 1.5 * np.sign(x))
+    assert np.allclose(root.tangent, 1.5 * c * np.sqrt(np.abs(x)))
+    with pytest.raises(ValueError, match="jump"):
+        ss.law(Law("jumps", one, k * sign(e)), k=c)
+
+
+def test_what_no_law_is_asked_is_refused() -> None:
+    steel = ss.law("bilinear", k=1.0, q_y=1.0)
+    with pytest.raises(ValueError, match=r"memory of bilinear with the shape \(2, 2\), .* got \(1, 2\)"):
+        steel.evaluate([1.0, 2.0], memory=np.zeros((1, 2)))
+    with pytest.raises(ValueError, match=r"got \(2, 1\)"):
+        steel.evaluate([1.0, 2.0], memory=np.zeros((2, 1)))
+    with pytest.raises(ValueError, match="expected e "):
+        steel.loop([0.0, np.nan, 1.0])
+    with pytest.raises(ValueError, match="a row of elongations of one spring, got shape"):
+        steel.loop([[1.0, 2.0]])
+    for of_time in (ss.law("power_damper", c=2.0), ss.law("maxwell", stiffness=2.0, c=0.1)):
+        with pytest.raises(ValueError, match="a law of the elongation alone for a loop"):
+            of_time.loop([0.0, 1.0])
+    with pytest.raises(ValueError, match="a name or a declaration with parameters, got Law"):
+        ss.law(steel, k=7.0)
+    with pytest.raises(ValueError, match="a law by name, linear.* got 3"):
+        ss.law(3)  # pyright: ignore[reportArgumentType]
+    with pytest.raises(ValueError, match="each degree of freedom once in a row of B, got 0 again"):
+        ss.structure(np.eye(2), np.eye(2), springs=[({"a": 1.0, 0: 2.0}, steel)], names=["a", "b"])

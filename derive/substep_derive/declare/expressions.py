@@ -1,8 +1,9 @@
-"""What a user has given as an expression: one that has a finite value everywhere, or refused."""
+"""What a user has given as an expression, one that has a finite value everywhere, and as a mapping: or refused."""
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, cast
 
-from sympy import Expr, Piecewise, S, SympifyError, sympify, true
+from sympy import Expr, Piecewise, S, Symbol, SympifyError, sympify, true
 
 from .errors import DeclarationError
 
@@ -31,3 +32,13 @@ def expression(owner: str, what: str, given: Any) -> Expr:
             f"{owner}: expected {what} with a value everywhere, got {found}; end the Piecewise with (value, True)"
         )
     return found
+
+
+def require_mapping(owner: str, what: str, given: Any, kind: type, of: str = "expressions") -> None:
+    """Raises DeclarationError for what is no mapping from symbols, or names, to what is meant."""
+    keys = cast(Mapping[Any, Any], given) if isinstance(given, Mapping) else [given]
+    if wrong := [key for key in keys if keys is not given or not isinstance(key, kind)]:
+        names, example = ("symbols", "{x: ...} of x = Symbol('x')") if kind is Symbol else ("names", "{'name': ...}")
+        raise DeclarationError(
+            f"{owner}: expected {what} as a mapping from {names} to {of}, got {wrong[0]!r}; write {example}"
+        )

@@ -5,14 +5,16 @@ Raises `DeclarationError`, which names the expression at fault, for what defines
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property, reduce
+from functools import cached_property
 from typing import Any
 
-from sympy import Dummy, Expr, Function, Integer, Max, Min, Piecewise, S, Symbol, ordered, sympify
+from sympy import Expr, S, Symbol
 
+from .branches import by_branch
 from .errors import DeclarationError
+from .expressions import expression, require_mapping
 from .names import check_law
-from .parameter import Parameter
+from .parameter import Parameter, require_parameters
 from .symbols import rate
 
 e = Symbol("e")  # the elongation
@@ -23,54 +25,6 @@ elapsed = Symbol("elapsed")  # the time since the memory was last committed, s
 def before(memory: Symbol) -> Symbol:
     """The memory as it was last committed, where the symbol itself stands for the new one."""
     return Symbol(f"{memory.name}_before")
-
-
-class larger(Function):
-    """The larger of two arguments: SymPy's Max without its simplification, which takes long."""
-
-    nargs = 2
-
-    def fdiff(self, argindex: Any = 1) -> Expr:
-        """The derivative, by branch: where both are equal, that of the first."""
-        x, y = self.args
-        return where_at_least(x, y, Integer(argindex == 1), Integer(argindex == 2))
-
-    def _latex(self, printer: Any) -> str:
-        return rf"\max\left({', '.join(map(printer.doprint, self.args))}\right)"
-
-
-class smaller(Function):
-    """The smaller of two arguments."""
-
-    nargs = 2
-
-    def fdiff(self, argindex: Any = 1) -> Expr:
-        """The derivative, by branch: where both are equal, that of the first."""
-        x, y = self.args
-        return where_at_least(y, x, Integer(argindex == 1), Integer(argindex == 2))
-
-    def _latex(self, printer: Any) -> str:
-        return rf"\min\left({', '.join(map(printer.doprint, self.args))}\right)"
-
-
-class where_at_least(Function):
-    """Of arguments a, b, x, y: x where a >= b, else y."""
-
-    nargs = 4
-
-    def fdiff(self, argindex: Any = 1) -> Expr:
-        """The derivative, by branch: nothing by what decides."""
-        a, b, *_ = self.args
-        return where_at_least(a, b, Integer(argindex == 3), Integer(argindex == 4)) if argindex > 2 else Integer(0)
-
-    def _latex(self, printer: Any) -> str:
-        a, b, x, y = map(printer.doprint, self.args)
-        return rf"\begin{{cases}} {x} & {a} \geq {b} \\ {y} & \text{{else}} \end{{cases}}"
-
-
-def clip(x: Any, low: Any, high: Any) -> Expr:
-    """x where it lies between low and high, else the nearer of the two."""
-    return larger(low, smaller(high, x))
 
 
 @dataclass(frozen=True)
@@ -99,9 +53,15 @@ class Law:
     reference: str = ""
 
     def __post_init__(self) -> None:
+        if not isinstance(self.name, str):  # pyright: ignore[reportUnnecessaryIsInstance] (a user gives it)
+            raise DeclarationError(f"expected the name of a law as a text, got {self.name!r}; name it")
+        require_parameters(self.name, self.parameters)
         for name in ("force", "stored", "dissipated"):
-            object.__setattr__(self, name, unevaluated(sympify(getattr(self, name))))
-        object.__setattr__(self, "update", {s: unevaluated(sympify(x)) for s, x in self.update.items()})
+            object.__setattr__(self, name, by_branch(expression(self.name, f"{name} of a law", getattr(self, name))))
+        for name in ("memory", "update"):
+            require_mapping(self.name, name, getattr(self, name), Symbol)
+            given = {s: expression(self.name, f"{name} of {s}", x) for s, x in getattr(self, name).items()}
+            object.__setattr__(self, name, {s: by_branch(x) for s, x in given.items()})
         values = {p.symbol for p in self.parameters}
         memory = set(self.memory)
         check_law(self.name, [p.symbol for p in self.parameters], [*memory, *map(before, memory)])
@@ -112,7 +72,7 @@ class Law:
             )
         known = values | memory | {e}
         for s in self.memory:
-            self._known(f"start of {s}", sympify(self.memory[s]), values)
+            self._known(f"start of {s}", self.memory[s], values)
             self._known(f"update of {s}", self.update[s], known | {elapsed})
         self._known("force", self.force, known | {e_dot})
         self._known("stored energy", self.stored, known)
@@ -136,7 +96,7 @@ class Law:
     @property
     def start(self) -> Mapping[Symbol, Expr]:
         """The memory before the law was ever strained."""
-        return {s: sympify(x) for s, x in self.memory.items()}
+        return self.memory
 
     @cached_property
     def trial(self) -> Expr:
@@ -150,7 +110,7 @@ class Law:
 
     def on(self, elongation: Expr, **values: Any) -> "Element":
         """The law over an elongation of a scene; values: of its parameters, in the scene's, by name."""
-        return Element(self, sympify(elongation), {name: sympify(x) for name, x in values.items()})
+        return Element(self, elongation, values)
 
     @property
     def of_rate(self) -> bool:
@@ -167,6 +127,9 @@ class Element:
     values: Mapping[str, Expr]
 
     def __post_init__(self) -> None:
+        given = {name: expression(self.law.name, f"a {name}", x) for name, x in self.values.items()}
+        object.__setattr__(self, "values", given)
+        object.__setattr__(self, "elongation", expression(self.law.name, "an elongation", self.elongation))
         names = [p.name for p in self.law.parameters]
         missing = [p.name for p in self.law.parameters if p.name not in self.values and p.default is None]
         if wrong := sorted(set(self.values) - set(names)) or missing:
@@ -187,35 +150,3 @@ class Element:
         """The same with other symbols of the scene."""
         changed = {name: x.subs(names, simultaneous=True) for name, x in self.values.items()}
         return Element(self.law, self.elongation.subs(names, simultaneous=True), changed)
-
-
-def unevaluated(expression: Expr) -> Expr:
-    """The expression with `larger` and `smaller` in place of Max and Min."""
-    if not expression.has(Max, Min):
-        return expression
-    args = [unevaluated(x) for x in expression.args]
-    if isinstance(expression, Max | Min):
-        return reduce(larger if isinstance(expression, Max) else smaller, ordered(args))
-    return expression.func(*args)
-
-
-def slope(expression: Expr, symbol: Expr) -> Expr:
-    """The derivative, by branch: where arguments of Min or Max are equal, that of one of them."""
-    if symbol not in expression.free_symbols:
-        return Integer(0)
-    if not expression.has(larger, smaller, where_at_least, Piecewise):
-        return expression.diff(symbol)
-    if isinstance(expression, larger | smaller):
-        x, y = expression.args
-        low, high = (y, x) if isinstance(expression, larger) else (x, y)
-        return where_at_least(high, low, slope(x, symbol), slope(y, symbol))
-    if isinstance(expression, where_at_least):
-        a, b, x, y = expression.args
-        return where_at_least(a, b, slope(x, symbol), slope(y, symbol))
-    if isinstance(expression, Piecewise):
-        return Piecewise(*((slope(x, symbol), condition) for x, condition in expression.args))
-    parts = [Dummy() if x.has(symbol) else x for x in expression.args]
-    outer = expression.func(*parts)
-    moving = {part: x for part, x in zip(parts, expression.args, strict=True) if isinstance(part, Dummy)}
-    total = sum((outer.diff(part) * slope(x, symbol) for part, x in moving.items()), Integer(0))
-    return total.subs(moving, simultaneous=True)

@@ -226,3 +226,22 @@ def signed(e: Expr, parameters: Sequence[Parameter]) -> Expr:
     """The expression with parameters that cannot be negative as symbols of which SymPy knows it."""
     known = [p.symbol for p in parameters if p.domain.is_subset(NOT_NEGATIVE)]
     return e.subs({s: Symbol(s.name, nonnegative=True) for s in known}, simultaneous=True)
+
+
+def require_parameters(owner: str, given: Any) -> None:
+    """Raises DeclarationError for what are no parameters, each with a default in those before it if it has one."""
+    listed = isinstance(given, tuple | list)
+    parameters = cast(Sequence[Any], given) if listed else ()
+    if not listed or not all(isinstance(p, Parameter) for p in parameters):
+        raise DeclarationError(
+            f"{owner}: expected parameters as a tuple of required(...) and optional(...), got {given!r}; write "
+            "parameters=(optional(k, 1),)"
+        )
+    known = set[Symbol]()
+    for p in cast(Sequence[Parameter], parameters):
+        if unknown := sorted(p.default_symbols - known, key=str):
+            raise DeclarationError(
+                f"{owner}: expected the default of {p.name} in parameters declared before it, got '{unknown[0]}'; "
+                "declare that first"
+            )
+        known.add(p.symbol)

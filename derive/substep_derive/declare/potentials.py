@@ -2,9 +2,7 @@
 
 from typing import Any
 
-from sympy import Abs, Expr, Function, Max, Min, Mul, S, cosh, log, sign, tanh
-
-from .law import unevaluated
+from sympy import Expr, Function, Mul, S, cosh, log, tanh
 
 
 class negative_part(Function):
@@ -70,54 +68,6 @@ class abs_power(Function):
     """|x|**a, finite at 0."""
 
     nargs = 2
-
-
-class absolute(Function):
-    """|x| of a real x: SymPy's Abs, whose derivatives are those of complex numbers."""
-
-    nargs = 1
-
-    @classmethod
-    def eval(cls, x: Any) -> Expr | None:
-        """Of a number."""
-        return Abs(x) if x.is_number else None
-
-    def fdiff(self, argindex: Any = 1) -> Expr:
-        """The derivative, the sign of x."""
-        return sign_of(self.args[0])
-
-    def _eval_power(self, expt: Expr) -> Expr | None:
-        return self.args[0] ** expt if expt.is_even else None
-
-    def _latex(self, printer: Any, exp: str | None = None) -> str:
-        text = rf"\left|{printer.doprint(self.args[0])}\right|"
-        return text if exp is None else rf"{text}^{{{exp}}}"
-
-
-class sign_of(Function):
-    """The sign of a real x, 0 at 0: SymPy's sign, of which a derivative has an impulse."""
-
-    nargs = 1
-
-    @classmethod
-    def eval(cls, x: Any) -> Expr | None:
-        """Of a number."""
-        return sign(x) if x.is_number else None
-
-    def fdiff(self, argindex: Any = 1) -> Expr:
-        """The derivative, taken as 0: Newton's iteration copes with the jump at x = 0."""
-        return S.Zero
-
-    def _latex(self, printer: Any, exp: str | None = None) -> str:
-        text = rf"\operatorname{{sign}}\left({printer.doprint(self.args[0])}\right)"
-        return text if exp is None else rf"{text}^{{{exp}}}"
-
-
-def by_branch(expression: Expr) -> Expr:
-    """The expression with functions of real arguments whose derivatives are by branch, for Abs, sign, Max and Min."""
-    if not expression.has(Abs, sign, Max, Min):
-        return expression
-    return unevaluated(expression.replace(Abs, absolute).replace(sign, sign_of))
 
 
 def tidy(potential: Expr) -> Expr:

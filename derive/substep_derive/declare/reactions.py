@@ -5,9 +5,10 @@ from dataclasses import dataclass, replace
 
 from sympy import Expr, Symbol, sympify
 
+from .branches import by_branch
 from .errors import DeclarationError
 from .expressions import expression
-from .potentials import by_branch, negative_part
+from .potentials import negative_part
 
 LEVELS = ("position", "velocity", "both")
 

@@ -10,12 +10,12 @@ from typing import Any
 
 from sympy import Expr, Interval, S, Symbol, sympify
 
+from .branches import by_branch
 from .errors import DeclarationError
 from .expressions import expression
 from .law import Element
 from .names import printed
 from .parameter import POSITIVE, Parameter
-from .potentials import by_branch
 from .reactions import Constraint, Contact, Friction
 from .scene_checks import check
 from .scene_given import require_types

@@ -9,8 +9,9 @@ from typing import Any, Protocol
 import sympy
 from sympy import Expr, Interval, Matrix, Max, Min, Piecewise, Rational, Symbol, eye, preorder_traversal
 
+from .branches import larger, slope, smaller, where_at_least
 from .errors import DeclarationError
-from .law import Element, larger, slope, smaller, where_at_least
+from .law import Element
 from .names import check_scene
 from .parameter import NOT_NEGATIVE, Parameter, signed
 from .reactions import Constraint, Contact, Friction

@@ -4,8 +4,9 @@ from collections.abc import Collection, Iterable
 
 from sympy import Expr, Symbol
 
+from ..declare.branches import slope
 from ..declare.digest import law_digest
-from ..declare.law import Law, e, e_dot, elapsed, slope
+from ..declare.law import Law, e, e_dot, elapsed
 from ..declare.names import printed
 from .index import domain_text, number
 from .law_functions import law_functions

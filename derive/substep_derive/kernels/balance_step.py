@@ -25,7 +25,7 @@ from sympy import (
     zeros,
 )
 
-from ..declare.law import slope as slope_of
+from ..declare.branches import slope as slope_of
 from ..declare.names import entry_name
 from ..declare.parameter import POSITIVE
 from ..declare.scheme import Balance

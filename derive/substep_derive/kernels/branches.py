@@ -10,7 +10,7 @@ from typing import Any
 
 from sympy import Add, And, Expr, Mul, Piecewise, S, Symbol, collect, nan
 
-from ..declare.law import larger, smaller
+from ..declare.branches import larger, smaller
 from ..declare.parameter import Parameter, positive
 from ..motion.components import Writer
 

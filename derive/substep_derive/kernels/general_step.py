@@ -18,8 +18,8 @@ from dataclasses import dataclass, replace
 from sympy import Abs, Expr, Integer, Matrix, Symbol, diag, factor, sympify, zeros
 
 from ..constrained.explicit import held_next, mean_velocity
+from ..declare.branches import slope
 from ..declare.errors import DeclarationError
-from ..declare.law import slope
 from ..declare.names import entry_name
 from ..declare.scheme import Balance, Scheme
 from ..declare.symbols import K0, C, K_t, M, N_discrete, h, kind_of, knot

@@ -18,8 +18,8 @@ from sympy import Abs, Expr, Integer, Matrix, Rational, Symbol, zeros
 
 from ..constrained.explicit import explicit, first_factors, require_held
 from ..constrained.prescribed import Prescribed, prescribed
+from ..declare.branches import larger, slope, smaller, where_at_least
 from ..declare.errors import DeclarationError
-from ..declare.law import larger, slope, smaller, where_at_least
 from ..declare.names import label_name
 from ..declare.parameter import signed
 from ..declare.scene import Scene

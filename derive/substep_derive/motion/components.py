@@ -21,8 +21,9 @@ from sympy import (
     zeros,
 )
 
+from ..declare.branches import larger, smaller
 from ..declare.errors import DeclarationError
-from ..declare.law import elapsed, larger, smaller
+from ..declare.law import elapsed
 from ..declare.names import entry_name, python_name
 from ..declare.scheme import Scheme
 from ..declare.symbols import K0, C, K_t, M, N, N_discrete, f, h, knot_of, sampled, t

@@ -25,7 +25,8 @@ from sympy import (
     zoo,
 )
 
-from ..declare.law import Element, e_dot, elapsed, slope
+from ..declare.branches import slope
+from ..declare.law import Element, e_dot, elapsed
 from ..declare.parameter import POSITIVE
 from ..declare.potentials import abs_power, contact, tidy
 from ..declare.scene import Scene

@@ -2,7 +2,7 @@
 
 from sympy import Expr, Integer, sympify
 
-from ..declare.law import slope
+from ..declare.branches import slope
 from ..declare.potentials import tidy
 from ..declare.symbols import t
 from .equations import EquationsOfMotion

@@ -67,9 +67,17 @@ class Law:
         """The force at elongations e (..., n), m, of rates e_dot, m/s, from what was committed elapsed s before.
 
         memory (..., n, k): by default that before they are strained. The path from there to e is monotonic.
+
+        Raises ValueError for a memory of another shape, and for numbers that are not finite.
         """
-        e = np.atleast_1d(np.ascontiguousarray(e, dtype=float))
-        kept = by_name(self.unstrained(e.size) if memory is None else memory)
+        e = np.atleast_1d(np.ascontiguousarray(real_array("e", e)))
+        given = self.unstrained(e.size).reshape(*e.shape, -1) if memory is None else np.asarray(memory, dtype=float)
+        if given.shape != (*e.shape, len(self.memory)):
+            raise ValueError(
+                f"expected the memory of {self.name} with the shape {(*e.shape, len(self.memory))}, of each spring "
+                f"{', '.join(self.memory) or 'nothing'}, got {given.shape}; give that of an earlier `evaluate`, .memory"
+            )
+        kept = by_name(given)
         force, tangent, damping, stored, rates = (np.empty(e.shape) for _ in range(5))
         rates[...] = e_dot
         new, since = np.empty((len(kept), *e.shape)), np.array([elapsed], dtype=float)
@@ -85,9 +93,26 @@ class Law:
         return found
 
     def loop(self, e: ArrayLike) -> tuple[Array, Array]:
-        """Force (m,) and memory (m, k) of one spring, committed at each of the elongations (m,): a loop to draw."""
+        """Force (m,) and memory (m, k) of one spring, committed at each of the elongations (m,): a loop to draw.
+
+        Raises ValueError for a law of the rate or of the time, of which elongations alone say nothing, and for other
+        shapes and numbers that are not finite.
+        """
+        path = np.atleast_1d(real_array("e", e))
+        if path.ndim != 1 or any(np.ndim(x) for x in self.parameters.values()):
+            raise ValueError(
+                f"expected a row of elongations of one spring, got shape {path.shape}, and parameters of "
+                f"{max(np.size(x) for x in self.parameters.values())}; give one after the other"
+            )
+        strained = self.evaluate([1.0])
+        later = self.evaluate([1.0], memory=strained.memory, elapsed=1.0).force
+        if self.of_rate or later[0] != self.evaluate([1.0], memory=strained.memory).force[0]:
+            raise ValueError(
+                f"expected a law of the elongation alone for a loop, got {self.name}, whose force depends on the rate "
+                "or the time; march a hysteretic_oscillator with it, and draw r.force over r.u"
+            )
         memory, forces, kept = self.unstrained(), list[float](), list[Array]()
-        for x in np.atleast_1d(np.asarray(e, dtype=float)):
+        for x in path:
             found = self.evaluate([x], memory=memory)
             memory = found.memory
             forces.append(float(found.force[0]))
@@ -126,7 +151,16 @@ def law(name: str | Law | LawDeclaration, **parameters: ArrayLike) -> Law:
     array([0.5, 1.1, 0.1])
     """
     if isinstance(name, Law):
+        if parameters:
+            raise ValueError(
+                f"expected a name or a declaration with parameters, got {name} and {', '.join(parameters)}; write "
+                f"law({name.name!r}, ...)"
+            )
         return name
+    if not isinstance(name, str) and not hasattr(name, "update"):
+        raise ValueError(
+            f"expected a law by name, {', '.join(LAWS)}, or a declaration by substep_derive.Law, got {name!r}; give one"
+        )
     if isinstance(name, str):
         if name not in LAWS:
             raise unknown_name("a law", name, LAWS)

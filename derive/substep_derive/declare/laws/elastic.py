@@ -2,7 +2,8 @@
 
 from sympy import Symbol
 
-from ..law import Law, clip, e
+from ..branches import clip
+from ..law import Law, e
 from ..scene import required
 
 k, k_2, k_3, e_1, e_2 = (Symbol(name) for name in ("k", "k_2", "k_3", "e_1", "e_2"))

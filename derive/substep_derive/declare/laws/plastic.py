@@ -5,7 +5,8 @@ from itertools import pairwise
 
 from sympy import Expr, Integer, Interval, Piecewise, Symbol
 
-from ..law import Law, before, clip, e, larger, smaller
+from ..branches import clip, larger, smaller
+from ..law import Law, before, e
 from ..parameter import POSITIVE
 from ..scene import optional, required
 

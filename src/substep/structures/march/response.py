@@ -222,10 +222,19 @@ class StructureResponse(Response):
         return shear + np.asarray(self.u) @ held[self._places]
 
     def at_times(self, times: Array, u: Array) -> dict[str, Any]:
-        """The account of energy and gaps, linear between the rows, and the reactions of the row before."""
+        """The account of energy, gaps and what springs do, linear between the rows.
+
+        Reactions and what is remembered are those of the row before.
+        """
         more = dict[str, Any]()
+        before = np.clip(np.searchsorted(self.t, times, side="right") - 1, 0, len(self.t) - 1)
+        if self.springs is not None:
+            after = np.minimum(before + 1, len(self.t) - 1)
+            share = (times - self.t[before]) / np.where(after > before, self.t[after] - self.t[before], 1.0)
+            more["springs"] = self.springs.between(before, after, share)
+        if self.remembered is not None:
+            more["remembered"] = self.remembered.at(before)
         if self.touched is not None:
-            before = np.clip(np.searchsorted(self.t, times, side="right") - 1, 0, len(self.t) - 1)
             between = [np.interp(times, self.t, gap) for gap in self.touched[:, 1].T]
             more["touched"] = np.stack([self.touched[before, 0], np.array(between).T], axis=1)
         if self.account is None:

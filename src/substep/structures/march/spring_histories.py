@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...core.arrays import Array
 from ...core.memory import require_memory
@@ -34,6 +35,12 @@ class SpringHistories:
         if self.lengths is None:
             raise ValueError("expected lengths of the springs for ratios, got none; give heights= of the stories")
         return self.elongations / self.lengths
+
+    def between(self, before: NDArray[np.intp], after: NDArray[np.intp], share: Array) -> "SpringHistories":
+        """Rows that lie between two of these each, a share (m,) of the way, on straight lines."""
+        rows = (self.elongations, self.forces, self.stored, self.dissipated)
+        found = (x[before] + share[:, None] * (x[after] - x[before]) for x in rows)
+        return SpringHistories(*found, self.lengths, self.shortened)
 
     def loop(self, spring: int) -> tuple[Array, Array]:
         """Elongation and force (n+1,) of one spring, to draw one over the other."""

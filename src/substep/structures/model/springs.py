@@ -203,8 +203,12 @@ def rows_of(given: Any, N: int, names: Sequence[str]) -> Any:
 
     if isinstance(given, Mapping):
         row, numbers = np.zeros((1, N)), numbered(names)
-        for dof, value in given.items():
-            row[0, place_of(dof, numbers, N)] = real_number("a coefficient of B", value)
+        places = [place_of(dof, numbers, N) for dof in given]
+        if twice := [dof for k, dof in enumerate(given) if places[k] in places[:k]]:
+            raise ValueError(
+                f"expected each degree of freedom once in a row of B, got {twice[0]!r} again; add up its parts"
+            )
+        row[0, places] = [real_number("a coefficient of B", value) for value in given.values()]
         return sparse.csr_array(row)
     found = finite("a row of B", given)
     matrix = found if sparse.issparse(found) else np.atleast_2d(found)
