@@ -68,9 +68,10 @@ class Law:
 
         memory (..., n, k): by default that before they are strained. The path from there to e is monotonic.
 
-        Raises ValueError for a memory of another shape, and for numbers that are not finite.
+        Raises ValueError for a memory of another shape. Of what is not finite, as in a run that overflows, the force is
+        not either.
         """
-        e = np.atleast_1d(np.ascontiguousarray(real_array("e", e)))
+        e = np.atleast_1d(np.ascontiguousarray(e, dtype=float))
         given = self.unstrained(e.size).reshape(*e.shape, -1) if memory is None else np.asarray(memory, dtype=float)
         if given.shape != (*e.shape, len(self.memory)):
             raise ValueError(
