@@ -253,3 +253,11 @@ def test_what_no_law_is_asked_is_refused() -> None:
         ss.law(3)  # pyright: ignore[reportArgumentType]
     with pytest.raises(ValueError, match="each degree of freedom once in a row of B, got 0 again"):
         ss.structure(np.eye(2), np.eye(2), springs=[({"a": 1.0, 0: 2.0}, steel)], names=["a", "b"])
+    with pytest.raises(ValueError, match="springs as pairs .* got 3; leave springs out"):
+        ss.structure(np.eye(2), np.eye(2), springs=3)  # pyright: ignore[reportArgumentType]
+    for laws_given in ("bilinear", None, ["bilinear", "bilinear"]):
+        with pytest.raises(ValueError, match="laws as one, or a list of one for each story, got"):
+            ss.shear_building([1.0, 1.0], laws_given)  # pyright: ignore[reportArgumentType]
+    yielding = ss.scene("hysteretic_oscillator", omega=1.0, strength=1.0)
+    with pytest.raises(ValueError, match="memory of start as numbers by name, got"):
+        ss.march(yielding, "bathe", dt=0.1, t_end=1.0, start={"t": 0.0, "u": 0.0, "v": 0.0, "memory": [0.0, 0.0]})

@@ -92,7 +92,13 @@ class State:
             )
         rows = cast("Mapping[str, Any]", carried or {})
         history = {label: np.atleast_1d(real_array(label, x)) for label, x in rows.items()}
-        given = cast("Mapping[str, Any]", parts.get("memory") or {})
+        remembered = parts.get("memory")
+        if remembered is not None and not isinstance(remembered, Mapping):
+            raise ValueError(
+                f"expected memory of start as numbers by name, got {repr(remembered)[:60]}; give r.state, or a "
+                "dictionary"
+            )
+        given = cast("Mapping[str, Any]", remembered or {})
         arrays = {name: real_array(f"{name} of start", x) for name, x in given.items()}
         memory = {name: x if x.ndim else float(x) for name, x in arrays.items()}
         return cls(t, u, v, own_a, history, memory=memory)

@@ -44,6 +44,11 @@ def shear_building(
     n = len(m)
     if m.ndim != 1 or not (m > 0.0).all():
         raise ValueError(f"expected masses (n,) of the floors, each positive, got {masses!r}; give a list of numbers")
+    if not isinstance(laws, Law) and not (isinstance(laws, list | tuple) and all(isinstance(x, Law) for x in laws)):
+        raise ValueError(
+            f"expected laws as one, or a list of one for each story, got {laws!r}; give "
+            "ss.law('bilinear', k=..., q_y=...)"
+        )
     drifts = np.eye(n) - np.eye(n, k=-1)
     stories = [(drifts, laws)] if isinstance(laws, Law) else list(zip(drifts, laws, strict=False))
     if not isinstance(laws, Law) and len(laws) != n:

@@ -24,6 +24,10 @@ def internal_of(
     state: Any,
 ) -> InternalForce | RememberingForce | None:
     """None where it is K u alone; M, K (N, N). Raises ValueError for what does not go together."""
+    if not isinstance(springs, Iterable):  # pyright: ignore[reportUnnecessaryIsInstance] (a user gives it)
+        raise ValueError(
+            f"expected springs as pairs (row of B, law), got {springs!r}; leave springs out, or give a list"
+        )
     pairs = list(springs)
     if K is not None if force is not None else K is None and not pairs:
         raise ValueError("expected K, or internal_force with its tangent; give one of the two")
