@@ -117,14 +117,13 @@ class Response:
         """
         if self.status not in ("newton_failed", "step_too_small", "non_finite") or self.t_failed is None:
             return ""
-        why, overflows = "", self.status == "non_finite"
+        why, repeated = "", self.status == "non_finite"
         with suppress(np.linalg.LinAlgError):  # of a last row that is beyond all bounds
             acting = self._acting()
-            why = (acting and (dependent if overflows else reason)(acting)) or ("" if overflows else self._ending())
-        if overflows and not why:
-            return ""
-        default = "take a smaller step" if self.status == "newton_failed" else "allow a smaller step, or a larger tol"
-        return f"the step to t = {self.t_failed:.6g} s was not solved: {why or default}"
+            why = (acting and (dependent if repeated else reason)(acting)) or ("" if repeated else self._ending())
+        default = {"newton_failed": "take a smaller step", "step_too_small": "allow a smaller step, or a larger tol"}
+        said = why or default.get(self.status, "")
+        return said and f"the step to t = {self.t_failed:.6g} s was not solved: {said}"
 
     def _acting(self) -> Acting | None:
         """The contacts and frictions in the step that failed; None without any."""

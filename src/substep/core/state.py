@@ -231,3 +231,14 @@ def _power(label: str) -> tuple[int, str]:
         if label.startswith(UNITS[power]):
             return power, label[len(UNITS[power]) :]
     return 0, label
+
+
+def require_coordinates(start: Any, coordinates: Sequence[tuple[str, str]], name: str) -> None:
+    """Raises ValueError for a response of a scene with other coordinates than those of the scene of that name."""
+    other = getattr(getattr(start, "scene", None), "coordinates", coordinates)
+    if tuple(other) != tuple(coordinates):
+        given, own = (", ".join(f"{q} ({unit})" for q, unit in x) for x in (other, coordinates))
+        raise ValueError(
+            f"expected start as a response of a scene with the coordinates of {name}, {own}, got one of "
+            f"{start.scene.name}, {given}; give a dictionary of t, u, v if this is meant"
+        )

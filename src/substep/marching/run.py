@@ -25,7 +25,7 @@ from ..core.scenes import Scene
 from ..core.scenes import scene as make_scene
 from ..core.scheme_names import unknown_argument
 from ..core.schemes import Scheme, schemes
-from ..core.state import State, bare, whose
+from ..core.state import State, bare, require_coordinates, whose
 from ..run.clock import AT_ZERO, CHOSEN, Begin, ConstantSteps, Control, steps_of
 from ..run.schemes import numbers_only
 from .adaptive import march_adaptive
@@ -172,7 +172,7 @@ def marched(
     _require_known(scene, scheme, of_structure)
     scheme = numbers_only(scheme, "substep.sweep takes arrays")
     scene = make_scene(scene)
-    _require_same(scene, start)
+    require_coordinates(start, scene.coordinates, scene.name)
     state = None if start is None else _on_scene(scene, State.given(start, scheme))
     steps = steps_of(dt, tol, t_end, stride=stride, length=scene.length, start=state, chosen=chosen)
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
@@ -217,17 +217,6 @@ def require_decay(held: str, scheme: Scheme) -> None:
         raise ValueError(
             f"expected a scheme for {held} that damps errors along its constraints, got {scheme.name}, which "
             f"multiplies them by {growing.max():.4g} in each step; take one with rho_inf <= 1"
-        )
-
-
-def _require_same(scene: Scene, start: Any) -> None:
-    """Raises ValueError for a response of a scene with other coordinates."""
-    other = getattr(start, "scene", scene)
-    if isinstance(other, Scene) and other.coordinates != scene.coordinates:
-        given, own = (", ".join(f"{q} ({unit})" for q, unit in x.coordinates) for x in (other, scene))
-        raise ValueError(
-            f"expected start as a response of a scene with the coordinates of {scene.name}, {own}, got one of "
-            f"{other.name}, {given}; give a dictionary of t, u, v if this is meant"
         )
 
 
