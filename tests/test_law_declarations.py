@@ -240,6 +240,7 @@ def test_what_no_law_is_asked_is_refused() -> None:
         steel.evaluate([1.0, 2.0], memory=np.zeros((1, 2)))
     with pytest.raises(ValueError, match=r"got \(2, 1\)"):
         steel.evaluate([1.0, 2.0], memory=np.zeros((2, 1)))
+    assert steel.evaluate([]).force.shape == (0,)
     with pytest.raises(ValueError, match="expected e "):
         steel.loop([0.0, np.nan, 1.0])
     with pytest.raises(ValueError, match="a row of elongations of one spring, got shape"):

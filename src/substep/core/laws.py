@@ -72,8 +72,8 @@ class Law:
         not either.
         """
         e = np.atleast_1d(np.ascontiguousarray(e, dtype=float))
-        given = self.unstrained(e.size).reshape(*e.shape, -1) if memory is None else np.asarray(memory, dtype=float)
-        if given.shape != (*e.shape, len(self.memory)):
+        given = self.unstrained(e.size) if memory is None else np.asarray(memory, dtype=float)
+        if memory is not None and given.shape != (*e.shape, len(self.memory)):
             raise ValueError(
                 f"expected the memory of {self.name} with the shape {(*e.shape, len(self.memory))}, of each spring "
                 f"{', '.join(self.memory) or 'nothing'}, got {given.shape}; give that of an earlier `evaluate`, .memory"
@@ -103,7 +103,7 @@ class Law:
         if path.ndim != 1 or any(np.ndim(x) for x in self.parameters.values()):
             raise ValueError(
                 f"expected a row of elongations of one spring, got shape {path.shape}, and parameters of "
-                f"{max(np.size(x) for x in self.parameters.values())}; give one after the other"
+                f"{max(map(np.size, self.parameters.values()), default=1)}; give one after the other"
             )
         strained = self.evaluate([1.0])
         later = self.evaluate([1.0], memory=strained.memory, elapsed=1.0).force

@@ -122,8 +122,8 @@ class Response:
             acting = self._acting()
             why = (acting and (dependent if repeated else reason)(acting)) or ("" if repeated else self._ending())
         default = {"newton_failed": "take a smaller step", "step_too_small": "allow a smaller step, or a larger tol"}
-        said = why or default.get(self.status, "")
-        return said and f"the step to t = {self.t_failed:.6g} s was not solved: {said}"
+        why = why or default.get(self.status, "")
+        return why and f"the step to t = {self.t_failed:.6g} s was not solved: {why}"
 
     def _acting(self) -> Acting | None:
         """The contacts and frictions in the step that failed; None without any."""
