@@ -2,8 +2,8 @@
 
 All relations and the inertia of each balance are one linear system, so that every new symbol is affine in the inertias
 s. The balances are met in the order declared: each is one equation in its own s, whose root is found by bracketing.
-When memory is committed is found from numbers too: the same linear system is stepped through the motions u = t and
-u = t^2, which say where the knots are in time and whether they follow the motion.
+When memory is committed is found from numbers too: the same linear system is stepped through the motions u = t, t^2,
+t^3, ..., which say where the knots are in time and whether they follow the motion as the end of the step does.
 """
 
 from collections.abc import Callable, Mapping
@@ -13,6 +13,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import pytest
 from declared_steps import Marcher, System, later
 from scipy.optimize import brentq
 from substep_derive import Scheme
@@ -89,20 +90,22 @@ class Remembering:
         return dict(zip((*self.state, *self.unknowns), (*state, *new), strict=True))
 
     def through(self, power: int) -> dict[Symbol, float]:
-        """Every symbol of a step through the motion u = (t/h)^power, of which the balances give the acceleration."""
-        motion = [
-            lambda t: t**power,
-            lambda t: power * t ** (power - 1) / self.h,
-            lambda t: (power - 1) * 2 / self.h**2,
-        ]
-        state = np.array(["uva".index(s.name[0]) for s in self.state])
-        old = [motion[kind](lag(s)) for kind, s in zip(state, self.state, strict=True)]
-        return self.symbols(np.array(old), np.full(len(self.balances), motion[2](0.0)))
+        """Every symbol of a step through the motion u = (t/h)^power of a free mass, by the load that it needs."""
+        position = np.poly1d([1.0, *[0.0] * power])
+        motion = [position.deriv(kind) / self.h**kind for kind in range(3)]
+        old = [motion["uva".index(s.name[0])](lag(s)) for s in self.state]
+        loads = [load for *_, load in self.balances]
+        inertia = [sum(c * motion[2](self.marcher.instant(atom)) for atom, c, _ in load) for load in loads]
+        return self.symbols(np.array(old), np.array(inertia))
 
     @cached_property
     def instants(self) -> dict[Symbol, float]:
         """When each symbol's knot is, in steps after t_n; meant of displacements."""
         return self.through(1)
+
+    def end_of(self, power: int) -> float:
+        """The displacement that is reported of this motion."""
+        return self.value(self.form(self.scheme.report.get(u1, u1)), self.through(power), 0.0, {})
 
     @cached_property
     def instants_of_force(self) -> list[float]:
@@ -117,10 +120,14 @@ class Remembering:
     def commits(self) -> list[tuple[int, Symbol]]:
         """The balances after which memory is committed within a step, and the displacement at which it is.
 
-        A displacement does where the force is taken at it, or at a mixture with it, and where both motions of `through`
-        pass through it, between the one before it and the end of the step. None where they do not go forward in time.
+        A displacement does where the force is taken at it, or at a mixture with it, and where t^2 passes through it,
+        and t^3, t^4, ... as far as they pass through the end of the step, between the displacement before it and this
+        end. None where they do not go forward in time.
         """
-        at, square = self.instants, self.through(2)
+        at, powers = self.instants, [2]
+        while self.end_of(powers[-1] + 1) == pytest.approx(1, abs=1e-12):
+            powers.append(powers[-1] + 1)
+        through = {power: self.through(power) for power in powers}
         ways, met = list[tuple[int, Symbol]](), set(self.state)
         for k, (_, _, force, _) in enumerate(self.balances):
             read = {s for atom, _, inner in force if isinstance(atom, N) for s, _, _ in inner}
@@ -130,7 +137,8 @@ class Remembering:
             return []
         found, last = list[tuple[int, Symbol]](), 0.0
         for k, s in ways:
-            if last + 1e-12 < at[s] < 1 - 1e-12 and abs(square[s] - at[s] ** 2) < 1e-12:
+            followed = all(abs(x[s] - at[s] ** power) < 1e-12 for power, x in through.items())
+            if last + 1e-12 < at[s] < 1 - 1e-12 and followed:
                 found.append((k, s))
                 last = at[s]
         return found

@@ -4,17 +4,17 @@ A knot is a label, never a time. Its instant is where a motion of constant veloc
 consistent scheme follows that motion exactly.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 
-from sympy import Expr, Integer, Symbol, cancel, ordered, sympify
+from sympy import Expr, Integer, Symbol, cancel, diff, linsolve, ordered, sympify
 
 from ..algebra.constant import reduced
 from ..declare.errors import DeclarationError
 from ..declare.parameter import positive
-from ..declare.symbols import K0, C, K_t, N, N_discrete, h, kind_of, knot, knot_of, steps_back
+from ..declare.symbols import K0, C, K_t, N, N_discrete, f, h, kind_of, knot, knot_of, steps_back
 from .step import Stage, Step
 
 
@@ -33,17 +33,18 @@ class SubStepEnd:
 @cache
 def passed(step: Step) -> Mapping[Symbol, Expr]:
     """Each symbol of a step in a motion of velocity 1 that is 0 at t_n, for h = 1: of a displacement its instant."""
-    state = {s: [-steps_back(s), Integer(1), Integer(0)][kind_of(s)] for s in step.state}
-    return {**state, **_followed(step, state, Integer(0))}
+    return _followed(step, 1)
 
 
 def sub_step_ends(step: Step) -> Sequence[SubStepEnd]:
     """The knots inside the step that end a sub-step, in the order in which they are solved.
 
-    A knot does where a balance takes the internal force at it, or at a mixture with it, and it follows the motion to
-    second order, as the end of a step does: a uniformly accelerated motion passes through it. Stages of Runge-Kutta
-    that do not are no such ends, nor are knots whose balances are solved together with others. Where the balances do
-    not go forward in time, as in compositions with negative sub-steps and in extrapolation, there is none.
+    A knot does where a balance takes the internal force at it, or at a mixture with it, and it follows the motion as
+    the end of the step does: a uniformly accelerated motion passes through it, and t^3, t^4, ... do as far as they pass
+    through the end whatever the parameters are. Stages of Runge-Kutta are no such ends, since they are less exact than
+    the step: where a load bends they go to and fro while the motion does not. Nor are knots whose balances are solved
+    together with others. Where the balances do not go forward in time, as in compositions with negative sub-steps and
+    in extrapolation, there is none.
 
     Raises DeclarationError for a scheme that takes the force as a discrete gradient, which needs a potential, or at a
     displacement before t_n, where what was remembered then is no longer known.
@@ -68,12 +69,11 @@ def sub_step_ends(step: Step) -> Sequence[SubStepEnd]:
     reached = [(s, at_typical[s]) for symbols in moved for s in sorted(ordered(symbols), key=at_typical.__getitem__)]
     if any(later < at for (_, at), (_, later) in pairwise(reached)):
         return []
-    accelerated = {s: [steps_back(s) ** 2, -2 * steps_back(s), Integer(2)][kind_of(s)] for s in step.state}
-    followed = _followed(step, accelerated, Integer(2))
+    followed = _followed_as_the_end(step, [s for s, _ in reached])
     found, last = list[SubStepEnd](), Integer(0)
     for s, at in reached:
         inside = at < 1 or (at == 1 and cancel(instants[s] - 1) != 0)  # other parameters may have it earlier
-        if last < at and inside and reduced(cancel(followed[s] - instants[s] ** 2)) == 0:
+        if last < at and inside and s in followed:
             previous = found[-1].instant if found else Integer(0)
             gaps = instants[s] - previous, 1 - instants[s]
             found.append(SubStepEnd(s, instants[s], all(positive(gap, step.scheme.parameters) for gap in gaps)))
@@ -168,7 +168,34 @@ def moved(step: Step, stage: Stage) -> tuple[Symbol, Symbol]:
     return u, Symbol(f"v_{(knot_of(u) or ('', '0'))[1]}")
 
 
-def _followed(step: Step, state: Mapping[Symbol, Expr], acceleration: Expr) -> Mapping[Symbol, Expr]:
-    """The new symbols of a step of length 1 from a state, with this acceleration in each balance, of a free mass."""
-    values = {**state, **dict.fromkeys(step.accelerations, acceleration), h: Integer(1), C: Integer(0), K0: Integer(0)}
-    return {s: reduced(e.subs(values, simultaneous=True)) for s, e in step.solved.items()}
+def _followed_as_the_end(step: Step, among: Collection[Symbol]) -> Collection[Symbol]:
+    """Those of some displacements on which t^2 is, and t^3, t^4, ... as far as the end of the step is on these."""
+    at, degree = instants_of(step), 2
+    while among:
+        motion = _followed(step, degree)
+        end = step.reported[0].subs({**motion, h: Integer(1)}, simultaneous=True)
+        if degree > 2 and reduced(cancel(end - 1)) != 0:
+            break
+        among = [s for s in among if reduced(cancel(motion[s] - at[s] ** degree)) == 0]
+        degree += 1
+    return among
+
+
+def _followed(step: Step, degree: int) -> Mapping[Symbol, Expr]:
+    """The symbols of a step of length 1 of a free mass, from the motion t^degree at t_n on, under the load it needs."""
+    t = Symbol("t")
+    motion = [diff(t**degree, t, k) for k in range(3)]
+    state = {s: motion[kind_of(s)].subs(t, -steps_back(s)) for s in step.state}
+    still = {**state, h: Integer(1), C: Integer(0), K0: Integer(0)}
+
+    def on_it(e: Expr) -> Expr:
+        return e.subs(step.solved, simultaneous=True).subs(still, simultaneous=True)
+
+    if degree > 2:
+        loads = [b.load.replace(f, lambda tau: motion[2].subs(t, tau)) for b in step.scheme.balances]
+        balances = [on_it(b.inertia) - load for b, load in zip(step.scheme.balances, loads, strict=True)]
+        (z,) = linsolve(balances, *step.accelerations)
+    else:
+        z = [motion[2]] * len(step.accelerations)
+    accelerations = dict(zip(step.accelerations, z, strict=True))
+    return {**state, **accelerations, **{s: reduced(on_it(s).subs(accelerations)) for s in step.solved}}
