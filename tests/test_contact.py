@@ -203,27 +203,6 @@ def test_friction_is_bounded_by_the_pressure_of_a_penalty() -> None:
 
 
 @pytest.mark.usefixtures("uncompiled")
-@pytest.mark.parametrize(
-    ("name", "kept", "order"),
-    [("average_acceleration", False, 1), ("average_acceleration", True, 2), ("bdf2", False, 2)],
-)
-def test_constraints_beside_a_contact_are_of_first_order_unless_remembered(name: str, kept: bool, order: int) -> None:
-    """A rod pendulum, and a wall that it never meets."""
-    x, y = Symbol("x"), Symbol("y")
-    given: dict[str, Any] = {
-        "coordinates": {x: "m", y: "m"}, "kinetic": (rate(x) ** 2 + rate(y) ** 2) / 2, "potential": 9.81 * y,
-        "constraints": {"rod": (x**2 + y**2 - 1) / 2}, "parameters": (), "length": 1,
-        "start": {x: Rational(3, 5), y: -Rational(4, 5), rate(x): 0, rate(y): 0},
-    }  # fmt: skip
-    beside = ss.scene(Scene("beside", contacts={"wall": Contact(x + 5, remembered=kept)}, **given))
-    exact = ss.march(ss.scene(Scene("alone", **given)), "bdf4", dt=1e-3, t_end=1.0).u[-1]
-    errors = [np.abs(ss.march(beside, name, dt=dt, t_end=1.0).u[-1] - exact).max() for dt in (0.01, 0.005)]
-    assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.3)
-    if name == "average_acceleration":
-        assert errors[0] == pytest.approx(1.6e-2 if order == 1 else 1.8e-5, rel=0.1)
-
-
-@pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("stiff", [1e5, 1e7])
 def test_an_augmented_lagrangian_ends_at_the_pressures_that_are_found(stiff: float) -> None:
     """Two masses on a spring over a floor, and a stop between them: penalties, augmented in each step until they hold.

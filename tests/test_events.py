@@ -178,7 +178,8 @@ def test_steps_end_where_a_load_jumps_or_bends_as_well(load: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["generalized_alpha", "bathe", "newmark_bdf2", "rho_inf_bathe"] if VERIFY else ["bathe"]
+    "name",
+    ["generalized_alpha", "bathe", "newmark_bdf2", "rho_inf_bathe", "average_acceleration"] if VERIFY else ["bathe"],
 )
 def test_a_rod_is_held_in_steps_of_any_length(name: str) -> None:
     errors = list[float]()
@@ -190,17 +191,16 @@ def test_a_rod_is_held_in_steps_of_any_length(name: str) -> None:
         errors.append(float(np.abs([*(r.u[-1] - PENDULUM[2.0][:2]), *(r.v[-1] - PENDULUM[2.0][2:4])]).max()))
         assert r.statistics is not None
         assert r.statistics.accepted == len(r.t) - 1
-        assert r.multipliers["rod"][-1] == pytest.approx(PENDULUM[2.0][4], abs=400 * tol)
-    assert errors[0] < 60e-4
-    assert errors[1] < 0.15 * errors[0]
+        assert r.multipliers["rod"][-1] == pytest.approx(PENDULUM[2.0][4], abs=6 * errors[-1])
+    assert errors[0] < 15e-3
+    assert errors[1] < 0.3 * errors[0]  # tol to the 2/3
 
 
-def test_what_does_not_damp_errors_along_a_constraint_stops_with_what_it_has() -> None:
+def test_what_does_not_damp_errors_along_a_constraint_is_held_there() -> None:
     """The trapezoidal rule multiplies what a constraint's velocity has wrong by the number of steps."""
     r = ss.march(ss.scene("rod_pendulum", L=1.0, m=1.0, v0=0.0, g=G), "average_acceleration", tol=1e-6, t_end=2.0)
-    assert r.status == "step_too_small"
-    assert r.t_failed is not None
-    assert r.t_failed > r.t[-1] > 0.3
+    assert np.allclose([*r.u[-1], *r.v[-1]], PENDULUM[2.0][:4], rtol=0.0, atol=1e-3)
+    assert np.abs(np.sum(r.u * r.v, axis=1)).max() < 1e-13
     x, y = Symbol("x"), Symbol("y")
     swing = Scene(
         "swing", coordinates={x: "m", y: "m"}, kinetic=(rate(x) ** 2 + rate(y) ** 2) / 2, potential=G * y,

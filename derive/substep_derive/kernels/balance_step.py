@@ -38,6 +38,14 @@ from .together import Reach, begun_together, predicted, reached, split, unknowns
 
 
 @dataclass(frozen=True)
+class Part:
+    """Assignments, and whether their common subexpressions get names."""
+
+    assignments: Assignments
+    named: bool = True
+
+
+@dataclass(frozen=True)
 class BalanceStep:
     """The balances of the k-th stage as the kernel computes them, with a row for each coordinate of each balance.
 
@@ -48,7 +56,8 @@ class BalanceStep:
     and z = -inverse * residual with a constant inverse, or z as `solved` assigns it where the residual is piecewise
     linear, and inverse is what would be inverted before any law yields. free: the residual's derivative by z without
     internal force. bounds: names of two values of z between which the root is kept, and their values before the first
-    iteration; where laws make the residual bend. commits: of what laws remember, once the balance is solved.
+    iteration; where laws make the residual bend. settled: what is computed of reactions after that. commits: of what
+    laws remember, once the balance is solved.
     multipliers: how many of the last unknowns are reactions, of which the last rows of the residual are; bounded: how
     many of the last of these are pressures and frictions.
     """
@@ -66,6 +75,7 @@ class BalanceStep:
     free: Matrix
     solved: Assignments = field(default_factory=Assignments)
     bounds: Assignments = field(default_factory=Assignments)
+    settled: tuple[Part, ...] = ()
     commits: Assignments = field(default_factory=Assignments)
     multipliers: int = 0
     bounded: int = 0
@@ -152,14 +162,6 @@ def eliminated(matrix: Matrix, right: Matrix, solution: Matrix, factor: Expr, ma
         known = Add(*(rows[k][j] * solution[j] for j in range(k + 1, size)))
         found.append((solution[k], (factor * rows[k][size] - known) * over[k]))
     return found
-
-
-@dataclass(frozen=True)
-class Part:
-    """Assignments, and whether their common subexpressions get names."""
-
-    assignments: Assignments
-    named: bool = True
 
 
 # what a step computes between iterations, or the balance that is iterated

@@ -21,7 +21,8 @@ from .balance_step import BalanceStep, Part, Phase, balance_step, written
 from .general_step import general_step, refuse
 from .near_series import NearSeries
 from .projection import projected
-from .reactions import at_start, begin, held_first, kept, remembered
+from .reactions import begin, held_first
+from .remembering import at_start, kept, loads_of, remembered
 
 
 @dataclass(frozen=True)
@@ -97,7 +98,8 @@ class Body:
         near = scheme.in_doubles
         lowered, exact = Step.of(near), Step.of(scheme)
         prior, found, outputs = lowered.prior, lowered.stages, lowered.outputs
-        stencil = instants([*(b.load for b in near.balances), *outputs], near.typical)
+        loads = [*(b.load for b in near.balances), *loads_of(lowered, motion.scene)]
+        stencil = instants([*loads, *outputs], near.typical)
         w = Writer(near, motion, stencil, now=now, began=BEGAN if now is None else knot(0).u)
         w.fixed.update(weights)
         ends = sub_step_ends(exact) if motion.scene.laws else ()  # which refuses a discrete gradient of any law
@@ -122,7 +124,7 @@ class Body:
             last = (stage.moved_by(-1) or [last])[-1]
         free, more, reactions = kept(w, lowered)
         carried, shown, projection = projected(w, lowered)
-        steps[-1] = replace(steps[-1], after=[*steps[-1].after, *more])
+        steps[-1] = replace(steps[-1], settled=(*steps[-1].settled, Part(more)))
         shift = _shifted(w, near.state, {**free, **carried})
         report, assigned = _reported(w, [*(e.subs(shown) for e in outputs[:2]), *(e.subs(free) for e in outputs[2:])])
         last_commit = w.commit(report[0], Integer(1))
@@ -150,6 +152,7 @@ class Body:
         """Every expression that a run computes, except those of its start."""
         lists = [self.constants, self.prior, self.projection, self.reported, self.last_commit]
         lists += [a for s in self.steps for a in (s.before, s.moving, s.solved, s.after, s.commits)]
+        lists += [part.assignments for s in self.steps for part in s.settled]
         matrices = [m for s in self.steps for m in (s.residual, s.jacobian, s.inverse, s.first) if m is not None]
         matrices += self.errors
         return [e for pairs in lists for _, e in pairs] + [e for m in matrices for e in m] + [self.energy]
@@ -203,7 +206,7 @@ class Body:
                 start = [*assign(step.z, step.first), *step.bounds]
                 found += [(*parts, Part(start, named=False)), step]
                 parts = []
-            parts += [Part(step.after), Part(step.commits)]
+            parts += [Part(step.after), *step.settled, Part(step.commits)]
         parts.append(Part(self.projection, named=False))
         if self.last_commit:
             parts += [Part(self.reported), Part(self.last_commit)]

@@ -15,7 +15,7 @@ passes the displacement. The row is multiplied by the mass at the one knot that 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from sympy import Abs, Expr, Integer, Matrix, Symbol, diag, factor, sympify, zeros
+from sympy import Abs, Expr, Integer, Matrix, Symbol, diag, sympify, zeros
 
 from ..constrained.explicit import held_next, mean_velocity
 from ..declare.branches import slope
@@ -29,8 +29,9 @@ from ..motion.equations import EquationsOfMotion, solved
 from ..step.places import Place, places
 from ..step.step import Stage, Step
 from ..step.times import moved
-from .balance_step import BalanceStep, written
-from .reactions import Moving, by_velocity, joined, of_balance, pushed
+from .balance_step import BalanceStep, Part, written
+from .reactions import Moving, by_velocity, joined
+from .remembering import lasting, lasting_at, of_balance, pushed, tau_of
 from .together import Reach, begun_together, combined, predicted, reached, split, unknowns
 
 
@@ -75,7 +76,7 @@ def general_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
             k, at.z, before, [], zeros(w.size, 1), nothing, nothing, None, Integer(0), after, nothing, solved=explicit
         )
     found = _iterated(at, last, rows, reach, shift)
-    return replace(found, before=before + found.before, moving=moves + found.moving, after=after + found.after)
+    return replace(found, before=before + found.before, moving=moves + found.moving, after=after)
 
 
 Taken = tuple[Matrix, "Place | None", Matrix]  # inertia with the known accelerations, the place that moves, the load
@@ -148,9 +149,9 @@ def _iterated(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach, shif
         accelerations.append(a)
         free.append(c_a[number] * mass)
     residual, jacobian = Matrix.vstack(*residuals), Matrix.vstack(*jacobians)
-    after, far_held = Assignments(), Integer(0)
+    settled, far_held = tuple[Part, ...](), Integer(0)
     if w.unknown:
-        moved_by_z, (residual, jacobian), after = _with_reactions(at, reach, (residual, jacobian), named)
+        moved_by_z, (residual, jacobian), settled = _with_reactions(at, reach, rows[0], (residual, jacobian), named)
         vectors += [(one.names, []) for one in moved_by_z]
         far_held = moved_by_z[0].by_z
     jacobian = Matrix.hstack(jacobian, shift.columns(displaced, residual))
@@ -161,20 +162,25 @@ def _iterated(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach, shif
     first, w.latest, scene = Matrix([*first, *w.latest, *(0 * shift.names)]), w.unknown, w.motion.scene
     return BalanceStep(
         at.k, Matrix([*z, *w.unknown, *shift.names]), [*before, *steady.assignments], within, residual, jacobian,
-        Matrix(), first, far, after, diag(*free), multipliers=len(w.unknown) + len(shift.names),
+        Matrix(), first, far, [], diag(*free), multipliers=len(w.unknown) + len(shift.names), settled=settled,
         bounded=len(scene.contacts) + len(scene.frictions),
     )  # fmt: skip
 
 
 def _with_reactions(
-    at: "_At", reach: Reach, balance: tuple[Matrix, Matrix], named: Callable[[str, Matrix, int, str], Matrix]
-) -> tuple[tuple[Moving, ...], tuple[Matrix, Matrix], Assignments]:
+    at: "_At",
+    reach: Reach,
+    row: Taken,
+    balance: tuple[Matrix, Matrix],
+    named: Callable[[str, Matrix, int, str], Matrix],
+) -> tuple[tuple[Moving, ...], tuple[Matrix, Matrix], tuple[Part, ...]]:
     """Residual and its derivative with the rows of reactions, and what is computed of these once they are known.
 
     First the displacement that constraints hold, the velocity at the knot where the balance takes the force, and that
     which contacts and frictions hold, by the names that `named` has given them.
     """
-    w, step = at.w, Step.of(at.w.scheme)
+    w, step, (inertia, place, _) = at.w, Step.of(at.w.scheme), row
+    assert place is not None
     s, velocity = moved(step, at.stage)
     where = held = Moving(w.components(s), reach.get(s, [Integer(0)])[0], w.when(s))
     if w.holding and w.holding[at.k] not in reach:
@@ -193,8 +199,13 @@ def _with_reactions(
     later = bounded and not at.stage.moved
     mean = of_velocity(mean_velocity(step, at.k, w.holding[at.k]), "mean") if later else rate
     found = joined(w, at.k, at.stage, balance, held, where, rate, mean)
-    w.reactions[s] = zeros(len(w.unknown), 1) if w.strengths else w.unknown
-    return (held, rate, mean), found, pushed(w, at.k, where.names, where.when) if w.strengths else Assignments()
+    if not w.strengths:
+        w.reactions[s] = w.unknown
+        return (held, rate, mean), found, ()
+    v, share = velocity if place.u == s else place.v, place.weight / inertia[0].diff(at.z[0])
+    kept = lasting(w, at.k, (place.u, tau_of(w.instants, place.u)), at.in_z(place.u), at.in_z(v))
+    w.reactions[s] = lasting_at(w.motion.scene, at.k)
+    return (held, rate, mean), found, (*kept, pushed(w, at.k, where.names, where.when, w.constant(share)))
 
 
 def _begun(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach, held: Expr) -> tuple[Matrix, Expr]:
@@ -296,7 +307,7 @@ class _At:
     def equation(self, place: Place, u: Matrix, v: Matrix) -> tuple[Matrix, Matrix]:
         """Mass and forces there, at these components of displacement and velocity."""
         w = self.w
-        instant = w.instant(factor(place.u.subs({**w.instants, h: 1}, simultaneous=True)))
+        instant = w.instant(tau_of(w.instants, place.u))
         if isinstance(place.force, N_discrete):
             old, new = (list(w.vector(argument)) for argument in place.force.args)
             mass, force = discrete_equation(w.motion, old, new, list(v), instant)

@@ -7,13 +7,13 @@ two corrections of u leave h^9, below rounding unless steps are coarse; that of 
 
 from collections.abc import Mapping, Sequence
 
-from sympy import Expr, Integer, Matrix, S, Symbol, zeros
+from sympy import Expr, Integer, Matrix, Symbol
 
 from ..declare.errors import DeclarationError
 from ..declare.symbols import knot
 from ..motion.components import Assignments, Writer, assign
 from ..step.step import Step
-from .balance_step import eliminated
+from .held_block import held_block, held_solution
 
 U, V = Symbol("u_*kept"), Symbol("v_*kept")  # those at t_n + h once they are projected
 
@@ -64,19 +64,12 @@ def projected(w: Writer, step: Step) -> tuple[Mapping[Symbol, Symbol], Mapping[S
 
 
 def _matrix(w: Writer, places: Sequence[int], u: Matrix, when: Expr, mark: str) -> tuple[Matrix, Assignments]:
-    """Names of mass and directions of some constraints at u, side by side, and what they are; 0 where they are 0."""
+    """The system of some constraints at u."""
     mass, _ = w.motion.equation(list(u), list(u), when)
-    along = w.motion.held.directions_at(list(u), when).extract(list(places), list(range(w.size)))
-    below = Matrix.hstack(along, zeros(len(places)))
-    whole = w.hoisted(Matrix.vstack(Matrix.hstack(mass, along.T), below))
-    names = Matrix(*whole.shape, lambda i, j: Symbol(f"entry_{mark}_{i}_{j}") if whole[i, j] != 0 else Integer(0))
-    return names, [(s, e) for s, e in assign(names, whole) if e != 0]
+    return held_block(w, places, mass, w.motion.held.directions_at(list(u), when), mark)
 
 
-def _change(w: Writer, matrix: Matrix, off: Sequence[Expr], mark: str) -> tuple[Matrix, Assignments]:
+def _change(w: Writer, block: Matrix, off: Sequence[Expr], mark: str) -> tuple[Matrix, Assignments]:
     """By how much a vector is to be less, so that what is off becomes 0, and what is computed for it."""
-    right = Matrix([*[Integer(0)] * w.size, *(Symbol(f"off_{mark}_{j}") for j in range(len(off)))])
-    solution = Matrix([Symbol(f"move_{mark}_{j}") for j in range(len(right))])
-    values = w.hoisted(Matrix(off))
-    given = assign(right[w.size :, :], values)
-    return solution[: w.size, :], [*given, *eliminated(matrix, right, solution, S.One, f"_{mark}")]
+    found, given, solve = held_solution(w, block, Matrix([*[Integer(0)] * w.size, *off]), mark)
+    return found[: w.size, :], given + solve

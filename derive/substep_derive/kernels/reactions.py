@@ -11,7 +11,6 @@ counts. See `step.times.impulses` for what it is of a constant force. Explicit b
 forces, and hold the mean velocity with which the next displacement is reached, since no other one moves anything.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 from sympy import Abs, Expr, Integer, Matrix, Rational, Symbol, zeros
@@ -20,15 +19,14 @@ from ..constrained.explicit import explicit, first_factors, require_held
 from ..constrained.prescribed import Prescribed, prescribed
 from ..declare.branches import larger, slope, smaller, where_at_least
 from ..declare.errors import DeclarationError
-from ..declare.names import label_name
 from ..declare.parameter import signed
-from ..declare.scene import Scene
 from ..declare.scheme import Scheme
-from ..declare.symbols import N, h, kind_of, knot, knot_of, successor
-from ..motion.components import Assignments, Writer, assign
-from ..motion.equations import EquationsOfMotion, solved
+from ..declare.symbols import N, h, knot, successor
+from ..motion.components import Writer
+from ..motion.equations import EquationsOfMotion
 from ..step.step import Stage, Step
-from ..step.times import drift_at_rest, impulses, impulses_last, instants_of, moved
+from ..step.times import drift_at_rest, growth_where_held, impulses, impulses_last, instants_of, moved
+from .remembering import at_start, remembered
 
 ROUNDING = Rational(1, 10**12)  # of a scene's length: a smaller gap is closed, so that what rests on a stop stays there
 
@@ -58,21 +56,6 @@ def begin(w: Writer, scheme: Scheme, step: Step) -> None:
     w.strengths = impulses(step).strengths if impulsive else ()
 
 
-def remembered(scene: Scene) -> Matrix:
-    """The reactions at t_n that a balance holds which takes the force there too."""
-    return at_start(scene) * int(not scene.impulsive)
-
-
-def at_start(scene: Scene) -> Matrix:
-    """The reactions at t_n, of the last balance before."""
-    return Matrix([Symbol(f"multiplier_{s}") for s in scene.multipliers])
-
-
-def of_balance(scene: Scene, k: int) -> Matrix:
-    """Those that the k-th balance is solved for."""
-    return Matrix([Symbol(f"multiplier{k + 1}_{s}") for s in scene.multipliers])
-
-
 def by_velocity(motion: EquationsOfMotion) -> bool:
     """Whether any of them is decided by a velocity."""
     bounces = any(contact.restitution is not None for contact in motion.scene.contacts.values())
@@ -94,7 +77,8 @@ class Asked:
 
     positions, rates: whether some hold a displacement, or are decided by a velocity; velocities: whether constraints
     are; both: whether some hold both. contacts: whether some only push, or are friction; gaps: whether some only push;
-    restitution: whether some contact has one. impulsive: whether they are not remembered.
+    restitution: whether some contact has one. impulsive: whether they are not remembered. lasting: whether constraints
+    hold a displacement.
     """
 
     positions: bool
@@ -105,6 +89,7 @@ class Asked:
     restitution: bool
     impulsive: bool
     both: bool = False
+    lasting: bool = False
 
     @classmethod
     def by(cls, motion: EquationsOfMotion) -> "Asked":
@@ -115,7 +100,7 @@ class Asked:
         either = bool(scene.contacts or scene.frictions)
         return cls(
             at_positions > 0, by_velocity(motion), velocities > 0, either, bool(restitutions), any(restitutions),
-            scene.impulsive, bool(motion.held.at_both),
+            scene.impulsive, bool(motion.held.at_both), len(scene.constraints) > velocities,
         )  # fmt: skip
 
 
@@ -152,6 +137,13 @@ def _require_holding(scheme: Scheme, asked: Asked) -> Prescribed | None:
     found = prescribed(scheme) if asked.positions or (later and asked.contacts) else None
     if found and later:
         require_held(step, found, bounded=asked.contacts, gaps=asked.gaps)
+    grows = growth_where_held(step) if asked.impulsive and asked.lasting and not later else 0.0
+    if grows > 1 + 1e-9:
+        raise DeclarationError(
+            f"{scheme.name}: expected velocities that follow a displacement which is held, where reactions are not "
+            f"remembered, beside contacts or frictions, got some that are multiplied by {grows:.3g} in each step; take "
+            "another scheme, such as average_acceleration"
+        )
     missing = [s for s in knot(0)[:2] if s not in step.state]
     if asked.restitution and not later and (missing or not impulses_last(step)):
         raise DeclarationError(
@@ -258,42 +250,3 @@ def _mobilities(w: Writer) -> list[Expr]:
     G = w.motion.held.directions_at(u0, at)
     movable = [i for i in range(mass.rows) if mass[i, i] != 0]
     return [sum((G[j, i] ** 2 / mass[i, i] for i in movable), Integer(0)) for j in range(G.rows)]
-
-
-def pushed(w: Writer, k: int, u: Matrix, at: Expr) -> Assignments:
-    """The acceleration that the reactions of the k-th balance have given to its z, by name."""
-    mass, _ = w.motion.equation(list(u), list(u), at)
-    force = w.motion.held.directions_at(list(u), at).T * w.unknown
-    return assign(w.components(_push(k)), w.hoisted(solved(mass, force)))
-
-
-def _push(k: int) -> Symbol:
-    return Symbol(f"a_*push{k}")
-
-
-def kept(w: Writer, step: Step) -> tuple[Mapping[Symbol, Symbol], Assignments, Matrix]:
-    """What a step keeps of its reactions.
-
-    New accelerations that the next step or the report reads -> names of them without reactions that are not remembered;
-    assignments of these and of the reactions at the end of the step, or of their means; and the names of the latter.
-    """
-    scene, found = w.motion.scene, Assignments()
-    if not w.strengths:
-        return {}, found, w.latest
-    own = {s for e in step.outputs[2:] if e.is_Symbol for s in e.free_symbols}
-    wanted = {successor(s) for s in step.state} | own
-    names = {
-        s: Symbol(f"a_*free{label_name((knot_of(s) or ('', ''))[1])}")
-        for s in sorted(wanted, key=str)
-        if kind_of(s) == 2 and s in step.unknowns
-    }
-    for s, name in names.items():
-        whole = w.components(s)
-        for k, z in enumerate(step.accelerations):
-            whole += (Integer(1) if s == z else step.solved.get(s, Integer(0)).diff(z)) * w.components(_push(k))
-        found += assign(w.components(name), w.hoisted(whole))
-    total = zeros(len(scene.multipliers), 1)
-    for k, weight in enumerate(impulses(step).weights):
-        total += weight * of_balance(scene, k)
-    means = Matrix([Symbol(f"mean_{s}") for s in scene.multipliers])
-    return names, found + assign(means, w.hoisted(total)), means

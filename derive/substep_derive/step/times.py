@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 
-from sympy import Expr, Integer, Symbol, cancel, diff, linsolve, ordered, sympify
+from sympy import Abs, Expr, Integer, Matrix, Symbol, cancel, diff, linsolve, ordered, sympify
 
 from ..algebra.constant import reduced
 from ..declare.errors import DeclarationError
 from ..declare.parameter import positive
-from ..declare.symbols import K0, C, K_t, N, N_discrete, f, h, kind_of, knot, knot_of, steps_back
+from ..declare.symbols import K0, C, K_t, N, N_discrete, f, h, kind_of, knot, knot_of, steps_back, successor
 from .step import Stage, Step
 
 
@@ -157,6 +157,23 @@ def drift_at_rest(step: Step) -> Expr:
     at = {**kept, h: Integer(1), C: Integer(0)}
     u, v = (e.subs(step.solved, simultaneous=True).subs(at, simultaneous=True) for e in step.reported[:2])
     return reduced(cancel(u.subs(z, -v.subs(z, 0) / v.diff(z))))
+
+
+def growth_where_held(step: Step) -> float:
+    """The largest factor of velocities in a step whose reactions hold displacements at 0 and are not remembered.
+
+    At typical parameters; of a step with balances that each move a displacement. It is |1 - gamma/beta| in Newmark's
+    family: velocities of 0 are not what displacements of 0 give, and what is left of them grows beyond 1.
+    """
+    velocities = [s for s in step.state if kind_of(s) == 1]
+    if not velocities:
+        return 0.0
+    at = {s: s if s in velocities else Integer(0) for s in step.state} | {h: Integer(1), C: Integer(0), K0: Integer(0)}
+    known = {s: e.subs(step.scheme.typical).subs(at, simultaneous=True) for s, e in step.solved.items()}
+    (z,) = linsolve([known[moved(step, stage)[0]] for stage in step.stages], *step.accelerations)
+    known |= at | dict(zip(step.accelerations, z, strict=True))
+    after = Matrix([known[successor(s)] for s in velocities]).subs(known, simultaneous=True)
+    return max(float(Abs(e).n()) for e in after.jacobian(velocities).eigenvals())
 
 
 def moved(step: Step, stage: Stage) -> tuple[Symbol, Symbol]:

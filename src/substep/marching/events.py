@@ -140,22 +140,32 @@ class Reacting(ABC):
         made = self.steps(at, 0.5 * h, 2, mode)
         return isinstance(made, str) or not self.keeps(made, mode) or self.mode(made.stands[-1]) != mode
 
+    @abstractmethod
+    def onto_constraints(self, at: Stand) -> Array:
+        """The least change (d,) of v, measured by the mass, with which it keeps constraints; where there are any."""
+
     def held(self, at: Stand, mode: Mode) -> Stand:
         """The stand with closed gaps, and their rates, moved to where they are held, by as little as possible.
 
-        Steps hold the rates of gaps, which are then of the scheme's error, and what rounding opens would fall.
+        Steps hold the rates of gaps, which are then of the scheme's error, and what rounding opens would fall. So are
+        the rates of constraints moved to 0: by the trapezoidal rule a rate, as an impact leaves one, changes its sign
+        in each step, and no length of a step is short enough for it.
         """
         closed = np.flatnonzero(np.array(mode[: len(self.contacts)]) == 1)
-        if not closed.size:
-            return at
-        inside, rates, across = (x[0, closed] for x in self.drift((at,)))
-        changes = self.changes_to(at, closed, np.column_stack([HELD * self.length * across - inside, -rates]))
+        if closed.size:
+            inside, rates, across = (x[0, closed] for x in self.drift((at,)))
+            wanted = np.column_stack([HELD * self.length * across - inside, -rates])
+            at = self._moved(at, *self.changes_to(at, closed, wanted).T)
+        return self._moved(at, 0.0, self.onto_constraints(at)) if self.constrained else at
+
+    def _moved(self, at: Stand, u: Array | float, v: Array) -> Stand:
+        """The stand with these changes of displacements and velocities, in what is carried too."""
         assert at.rows is not None
         rows = at.rows.copy()
         for k, (kind, _) in enumerate(self.scheme.history):
             if kind < 2:
-                rows[k] += changes[:, kind]
-        return at._replace(u=at.u + changes[:, 0], v=at.v + changes[:, 1], rows=rows)
+                rows[k] += (u, v)[kind]
+        return at._replace(u=at.u + u, v=at.v + v, rows=rows)
 
     def happened(self, t: float, before: Mode, within: Mode, after: Mode) -> Iterator[Happening]:
         """What an event at t was, by the modes before, in the step that passed over it, and after it."""

@@ -121,6 +121,13 @@ class OfScene(Reacting):
         G = self.scene.directions(np.array([at.t]), at.u[None])[0][[*range(c), *(c + closed).tolist()]]
         return np.asarray(np.linalg.pinv(G) @ np.concatenate([np.zeros((c, 2)), wanted]), dtype=np.float64)
 
+    def onto_constraints(self, at: Stand) -> Array:
+        """See `Reacting.onto_constraints`."""
+        t, u, v, c = np.array([at.t]), at.u[None], at.v[None], self.reacts.start
+        matrix, rates = self.scene.constrained(t, u, v)[0], self.scene.drift(t, u, v)[1][0, :c]
+        right = np.concatenate([np.zeros(len(at.u)), -rates])
+        return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0][: len(at.u)], dtype=np.float64)
+
 
 @dataclass(frozen=True)
 class Sided:

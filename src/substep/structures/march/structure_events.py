@@ -135,6 +135,14 @@ class OfStructure(Reacting):
         found[contacts.columns] = np.linalg.pinv(-contacts.rows[closed]) @ wanted
         return found
 
+    def onto_constraints(self, at: Stand) -> Array:
+        """See `Reacting.onto_constraints`."""
+        contacts = self.run.structure.contacts
+        assert isinstance(contacts, Held)
+        G = contacts.at(at.u)[1]
+        moved = self.run.structure.solve_mass(G.T)
+        return np.asarray(-moved @ np.linalg.solve(G @ moved, G @ at.v), dtype=np.float64)
+
 
 @dataclass
 class _Run(ToEvents[OfStructure]):
