@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from substep_derive import DeclarationError, Scene, prescribed, rate, required, rod_chain
 from substep_derive import t as time
 from substep_kernels.facts import CATALOGUE
-from sympy import Symbol, sin
+from sympy import Symbol, sin, sympify
 from test_prescribed import REFUSED as NOT_PRESCRIBED
 
 import substep as ss
@@ -291,20 +291,35 @@ def test_what_cannot_hold_a_constraint_is_refused_by_name(name: str, reason: str
     assert name in str(found.value)
 
 
-def test_a_mass_that_constraints_alone_give_is_taken_where_no_acceleration_is_mixed() -> None:
-    """A point without mass on a rigid link: u'' = -3 u of both."""
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize(
+    ("potential", "link", "start", "exact"),
+    [
+        ("x**2/2 + y**2", "y - x", (1, 1), np.cos(np.sqrt(3.0))),  # u'' = -3 u of both
+        ("2*x**2", "y - x", (1, 1), np.cos(2.0)),
+        ("x**2/2 + y**2", "(x**2 + y**2 - 1)/2", (0.6, -0.8), 0.6 * np.cosh(1.0)),  # y^2 = 1 - x^2
+        ("0*x", "(x**2 + y**2 - 1)/2", (0.6, -0.8), 0.6),
+    ],
+)
+def test_a_mass_that_constraints_alone_give_is_taken_where_no_acceleration_is_mixed(
+    potential: str, link: str, start: tuple[float, float], exact: float
+) -> None:
+    """A point without mass on a link, with a stiffness of its own or without, and on a circle."""
     x, y = Symbol("x"), Symbol("y")
-    link = Scene(
-        "massless_link", coordinates={x: "m", y: "m"}, kinetic=rate(x) ** 2 / 2, potential=x**2 / 2 + y**2,
-        constraints={"link": y - x}, parameters=(), start={x: 1, y: 1, rate(x): 0, rate(y): 0}, length=1,
+    given = Scene(
+        "massless_link", coordinates={x: "m", y: "m"}, kinetic=rate(x) ** 2 / 2, potential=sympify(potential),
+        constraints={"link": sympify(link)}, parameters=(), length=1,
+        start={x: start[0], y: start[1], rate(x): 0, rate(y): 0},
     )  # fmt: skip
     for name in ("average_acceleration", "bathe", "bdf2"):
-        r = ss.march(ss.scene(link), name, dt=0.01, t_end=1.0)
-        assert np.allclose(r.u[-1], np.cos(np.sqrt(3.0)), rtol=0.0, atol=2e-4)
+        r = ss.march(ss.scene(given), name, dt=0.01, t_end=1.0)
+        assert r.u[-1, 0] == pytest.approx(exact, abs=3e-4)
+    r = ss.march(ss.scene(given), "bathe", tol=1e-6, t_end=1.0)
+    assert r.u[-1, 0] == pytest.approx(exact, abs=3e-4)
     with pytest.raises(
         ValueError, match=r"^generalized_alpha: expected a mass matrix .* regular.* got \[\[1, 0\], \[0, 0\]\]"
     ):
-        ss.march(ss.scene(link), "generalized_alpha", dt=0.01, t_end=1.0)
+        ss.march(ss.scene(given), "generalized_alpha", dt=0.01, t_end=1.0)
 
 
 @pytest.mark.parametrize("name", GROWING)

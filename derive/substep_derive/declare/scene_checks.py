@@ -267,9 +267,9 @@ def _mass(scene: _Declared) -> None:
             f"{scene.name}: expected a kinetic energy that is not negative, got {scene.kinetic}, in which "
             f"{negative[0]} has the mass {mass[q.index(negative[0]), q.index(negative[0])]}; correct the sign"
         )
-    if scene.constraints:  # which may hold what has no mass, and need no inverse
+    if scene.constraints and not scene.impulsive:  # which may hold what has no mass, and need no inverse
         return
-    if len(q) > MOST and mass.free_symbols & {*q, t}:
+    if len(q) > MOST and mass.free_symbols & {*q, t} and not scene.constraints:
         raise DeclarationError(
             f"{scene.name}: expected at most {MOST} coordinates where the mass depends on them or on t, since its "
             f"inverse is written out, got {len(q)}; choose coordinates in which it is constant, as x and y with "
@@ -281,10 +281,11 @@ def _mass(scene: _Declared) -> None:
     for where, place in (("", anywhere), (" at the start", at_start)):
         numbers = mass.subs(place, simultaneous=True).subs(values).evalf(30)
         if abs(numbers.det()) <= TINY * max(abs(x) for x in numbers) ** len(q):
+            without = [str(x) for x, m in zip(q, numbers.diagonal(), strict=True) if m == 0]
             raise DeclarationError(
                 f"{scene.name}: expected a kinetic energy in which every coordinate has a mass, got a singular mass "
-                f"matrix{where}, {mass.tolist()}; leave out the coordinate without one, choose others, or start "
-                "elsewhere"
+                f"matrix{where}, {mass.tolist()}{', without one of ' * bool(without)}{', '.join(without)}; leave out "
+                "the coordinate without one, choose others, or start elsewhere"
             )
 
 

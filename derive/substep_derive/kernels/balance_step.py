@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from sympy import (
+    Abs,
     Add,
     Dummy,
     Expr,
@@ -115,7 +116,8 @@ class BalanceStep:
         if size == 1:
             return entries, assign(change, factor * R / J[0]), change
         if size > 2:
-            return entries, eliminated(J, R, change, factor), change
+            massless = any(e == 0 for e in self.free.diagonal())
+            return entries, eliminated(J, R, change, factor, pivoting=massless and self.multipliers > 0), change
         solve = assign(Matrix([one_over, *change]), Matrix([factor / J.det(), *(J.adjugate() * R * one_over)]))
         return entries, solve, change
 
@@ -137,16 +139,21 @@ class BalanceStep:
         ]
 
 
-def eliminated(matrix: Matrix, right: Matrix, solution: Matrix, factor: Expr, mark: str = "") -> Assignments:
+def eliminated(
+    matrix: Matrix, right: Matrix, solution: Matrix, factor: Expr, mark: str = "", *, pivoting: bool = False
+) -> Assignments:
     """Gauss's elimination in the order of the rows, written out, for the solution times factor.
 
     Coordinates come before multipliers, whose rows have no diagonal until the coordinates are eliminated. mark: the end
-    of the names that it assigns, where a step holds several.
+    of the names that it assigns, where a step holds several. pivoting: whether rows change their places, so that each
+    pivot is the largest of its column, as where a coordinate has no mass but that by a constraint.
     """
     size, found = len(solution), Assignments()
     rows = [[*matrix.row(i), right[i]] for i in range(size)]
     over = [Symbol(f"over_{k}{mark}") for k in range(size)]
     for k in range(size):
+        for i in range(k + 1, size) if pivoting else ():
+            found += _larger_first(rows, k, i, mark)
         found.append((over[k], 1 / rows[k][k]))
         for i in range(k + 1, size):
             if rows[i][k] == 0:
@@ -161,6 +168,22 @@ def eliminated(matrix: Matrix, right: Matrix, solution: Matrix, factor: Expr, ma
     for k in reversed(range(size)):
         known = Add(*(rows[k][j] * solution[j] for j in range(k + 1, size)))
         found.append((solution[k], (factor * rows[k][size] - known) * over[k]))
+    return found
+
+
+def _larger_first(rows: list[list[Expr]], k: int, i: int, mark: str) -> Assignments:
+    """Names for the k-th row and one below it from the k-th column on, exchanged where the latter begins larger."""
+    above, below, found = rows[k], rows[i], Assignments()
+    if below[k] == 0:
+        return found
+    exchanged = Abs(below[k]) > Abs(above[k])
+    for j in range(k, len(above)):
+        a, b = above[j], below[j]
+        if a == b == 0:
+            continue
+        above[j], below[j] = Symbol(f"above_{k}_{i}_{j}{mark}"), Symbol(f"below_{k}_{i}_{j}{mark}")
+        found.append((above[j], Piecewise((b, exchanged), (a, True))))
+        found.append((below[j], Piecewise((a, exchanged), (b, True))))
     return found
 
 

@@ -82,8 +82,7 @@ def lasting(w: Writer, k: int, where: tuple[Expr, Expr], u: Matrix, v: Matrix) -
     rates = held.at(held.drift[1], at, speed, when)[: len(places), :]
     right = Matrix([*(w.vector(f(tau)) - force), *-rates])
     solution, given, solve = held_solution(w, block, right, f"lasting{k}")
-    values = solution[w.size :, :]
-    result = list(zip(lasting_at(w.motion.scene, k), values, strict=False))
+    result = assign(lasting_at(w.motion.scene, k)[: len(places), :], solution[w.size :, :])
     return [found, Part([*entries, *given]), Part([*solve, *result], named=False)]
 
 
