@@ -218,10 +218,23 @@ def _begun(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach, held: E
     first = zeros(w.size, 1)
     if w.motion.bends_at_rest:
         first = _without_rates(at, rows).subs(dict(zip(w.unknown, w.latest, strict=True)))
+    elif (known := _last_acceleration(at)) is not None:
+        first = w.components(known)
     elif c_u != 0:
         first = (w.components(last) - w.components(predicted(0))) * w.reciprocal(c_u, c_u)
     by_rates, moves = w.motion.damped or by_velocity(w.motion), held if c_u == 0 else c_u
     return first, Abs(moves) + Abs(h * stage.c_v()) if by_rates else moves
+
+
+def _last_acceleration(at: "_At") -> Symbol | None:
+    """The newest acceleration that is known, of a scene with constraints alone; None of another, or without one.
+
+    Where contacts or frictions act, the branch that the iteration finds is that nearest to the last displacement.
+    """
+    scene, step = at.w.motion.scene, Step.of(at.w.scheme)
+    known = step.accelerations[at.k - 1] if at.k else knot(0).a
+    alone = scene.constraints and not (scene.contacts or scene.frictions)
+    return known if alone and (at.k or known in step.state) else None
 
 
 def _without_rates(at: "_At", rows: Sequence[Taken]) -> Matrix:
