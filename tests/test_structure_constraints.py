@@ -7,7 +7,7 @@ import pytest
 from scipy import sparse
 from substep_derive import Scene, rate
 from sympy import Rational, Symbol
-from test_constraints import AT_THE_MEAN, EXPLICIT, ONE_OF_EACH, TAKEN, TOGETHER, VERIFY
+from test_constraints import AT_THE_MEAN, EXPLICIT, ONE_OF_EACH, PENDULUM, TAKEN, TOGETHER, VERIFY
 
 import substep as ss
 
@@ -101,7 +101,9 @@ def test_several_rows_springs_with_a_memory_and_fixed_supports() -> None:
     )  # fmt: skip
     r = ss.march(b, "generalized_alpha", dt=0.005, t_end=1.0)
     assert r.status == "completed"
-    assert r.memory["rods"].shape == (201, 2)
+    assert r.memory["rods"].shape == r.multipliers["rods"].shape == (201, 2)
+    own = r.memory["rods"][1:]  # of second order too, but for the steps in which the spring yields or does no more
+    assert np.median(np.abs(r.multipliers["rods"][1:] - own)) < 1e-3 * np.abs(own).max()
     assert abs(r.gaps["rods"]).max() < 1e-14
     assert r.energy_dissipated[-1] > 0.1
     finer = ss.march(b, "generalized_alpha", dt=0.0025, t_end=1.0)
@@ -129,6 +131,24 @@ def test_the_multiplier_is_of_the_second_order_for_one_balance() -> None:
         r = ss.march(b, "generalized_alpha", dt=0.7 / n, t_end=0.7, account=False)
         errors.append(abs(r.memory["rod"][-1] - 4.8562694074846764964))
     assert 3.5 < errors[0] / errors[1] < 4.5
+
+
+def test_multipliers_of_the_equations_of_motion_are_of_second_order_where_the_own_ones_are_of_first() -> None:
+    """Of a pendulum from the horizontal, whose tension at 2 s is known to 15 digits."""
+    given = {"load": ({1: -G}, np.ones_like), "constraints": {"rod": rod}, "u0": [1.0, 0.0]}
+    b, tension, errors = ss.structure(np.eye(2), np.zeros((2, 2)), **given), PENDULUM[2.0][-1], []
+    for n in (400, 800):
+        r = ss.march(b, "bathe", dt=2.0 / n, t_end=2.0, account=False)
+        assert r.multipliers["rod"].shape == (n + 1,)
+        errors.append([abs(x["rod"][-1] - tension) for x in (r.multipliers, r.memory)])
+    assert errors[0][0] < 0.01
+    assert np.log2(np.divide(*errors)) == pytest.approx([2.0, 1.0], abs=0.1)
+    assert np.array_equal(r.to_xarray()["rod_multiplier"], r.multipliers["rod"])
+    part = ss.march(b, "bathe", dt=0.01, t_end=0.1, dofs=[0], account=False)
+    with pytest.raises(ValueError, match=r"all degrees of freedom for the multipliers of constraints, got 1 of 2"):
+        print(part.multipliers)
+    assert "rod_multiplier" not in part.to_xarray()
+    assert ss.march(ss.structure(np.eye(1), np.eye(1), u0=1.0), "bathe", dt=0.01, t_end=0.1).multipliers == {}
 
 
 @pytest.mark.parametrize("unit", [1e-3, 1.0, 1e6])

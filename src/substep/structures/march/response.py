@@ -17,6 +17,7 @@ from ...core.loads import Load
 from ...core.response import Response
 from ..model.contacts import Contacts
 from ..model.given import Dof
+from ..model.held import Held
 from ..model.memory import Memory, RememberingForce
 from ..model.model import Model
 from ..model.state_vectors import vectors
@@ -124,6 +125,36 @@ class StructureResponse(Response):
         return {**found, **self._touching(0)}
 
     @property
+    def multipliers(self) -> Mapping[str, Array]:
+        """The multiplier (n+1,) of each nonlinear constraint, by name, from the equations of motion at u, v and t.
+
+        (n+1, s) of one of several rows; NaN where gradients are dependent. It is as accurate as u and v, also where the
+        scheme's own one, in `memory`, is of lower order. Empty where there are no constraints. Raises ValueError where
+        not all degrees of freedom were kept.
+        """
+        held = self.structure.contacts
+        if not isinstance(held, Held):
+            return {}
+        if not self._has_all:
+            raise ValueError(
+                f"expected all degrees of freedom for the multipliers of constraints, got {len(set(self.dofs))} of "
+                f"{self.structure.T.shape[0]}; march without dofs, or take the scheme's own in r.memory"
+            )
+        return held.by_name(self._multipliers)
+
+    @cached_property
+    def _multipliers(self) -> Array:
+        """Those (n+1, d) of all constraints, from the equations of motion."""
+        held = self.structure.contacts
+        assert isinstance(held, Held)
+        found = np.full((len(self.t), held.size), np.nan)
+        for k, (t, u, v) in enumerate(zip(self.t, self._free(self.u), self._free(self.v), strict=True)):
+            with suppress(np.linalg.LinAlgError):
+                memory = None if self.remembered is None else self.remembered.at(k)
+                found[k] = self.structure.at_rest(t, u, v, memory)
+        return found
+
+    @property
     def gaps(self) -> Mapping[str, Array]:
         """The gap (n+1,) of each contact, by name, 0 where it is closed; (n+1, s) of one of several rows.
 
@@ -178,7 +209,7 @@ class StructureResponse(Response):
     def _free(self, x: Array) -> Array:
         """Rows (n+1, n) of the free degrees of freedom, of those (n+1, k) that were kept; NaN if these are not all."""
         T = self.structure.T
-        if len(set(self.dofs)) < T.shape[0]:
+        if not self._has_all:
             return np.full((len(x), T.shape[1]), np.nan)
         every = np.asarray(x)[:, np.argsort(self._places)]
         return every if is_identity(T) else factorize(T.T @ T)(T.T @ every.T).T
@@ -248,11 +279,11 @@ class StructureResponse(Response):
 
         Raises ValueError where not all degrees of freedom were kept.
         """
-        order, N = np.argsort(self._places), self.structure.T.shape[0]
-        if len(set(self.dofs)) < N:
+        order = np.argsort(self._places)
+        if not self._has_all:
             raise ValueError(
                 "expected all degrees of freedom for the state of a march that failed or ended at an event, got "
-                f"{len(self.dofs)} of {N}; march without dofs, or go on from an earlier state"
+                f"{len(self.dofs)} of {self.structure.T.shape[0]}; march without dofs, or go on from an earlier state"
             )
         u, v, *a = (np.asarray(x)[-1][order] for x in (self.u, self.v, *([self.a] if self.has_a else [])))
         return u, v, a[0] if a else None
@@ -267,9 +298,11 @@ class StructureResponse(Response):
             found |= {name: History(x, "", name) for name, x in energies.items()}
         if self.springs is not None:
             found["energy_dissipated"] = History(self.energy_dissipated, "", "energy dissipated by springs")
-        for which, kind in enumerate(("reaction", "gap")):
-            of = self._touching(which)
-            found |= {f"{name}_{kind}": History(x, "", f"{kind} of a contact") for name, x in of.items() if x.ndim == 1}
+        several = [(kind, f"{kind} of a contact", self._touching(k)) for k, kind in enumerate(("reaction", "gap"))]
+        if self._has_all:
+            several.append(("multiplier", "multiplier of a constraint, from the equations of motion", self.multipliers))
+        for kind, what, of in several:
+            found |= {f"{name}_{kind}": History(x, "", what) for name, x in of.items() if x.ndim == 1}
         return Histories(self.t, found, self.dofs, "dof", self._attrs)
 
     @property
@@ -304,6 +337,11 @@ class StructureResponse(Response):
         """Whether the scheme has an acceleration of its own, or all degrees of freedom are there to compute one."""
         s = self.structure
         return self.own_a is not None or (s.all_free and sorted(self._places) == list(range(s.size)))
+
+    @property
+    def _has_all(self) -> bool:
+        """Whether all degrees of freedom were kept."""
+        return len(set(self.dofs)) == self.structure.T.shape[0]
 
     @property
     def _places(self) -> list[int]:
