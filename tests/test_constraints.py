@@ -269,6 +269,21 @@ def test_a_start_that_constraints_do_not_allow_is_refused_with_the_amount_and_th
     assert ss.march(scene, "bathe", dt=0.01, t_end=0.1, start=start).status == "completed"
     with pytest.raises(ValueError, match="numbers for rod_pendulum, got shapes"):
         scene.allowed([1.0], [0.0, 0.0])
+    with pytest.raises(
+        ValueError, match=r"got v off by 0.5 across 'rod' at t = 3 s; .* start=scene.allowed\(u, v, 3\)"
+    ):
+        ss.march(scene, "bathe", dt=0.01, t_end=3.1, start={"t": 3.0, "u": [1.0, 0.0], "v": [0.5, 0.0]})
+
+
+def test_the_nearest_start_keeps_the_constraints_or_is_none() -> None:
+    """From the pivot of a rod no direction leads to its circle; a heavy point goes there as a light one does."""
+    with pytest.raises(ValueError, match="corrections do not reach 'rod'; give a nearer one"):
+        pendulum().allowed([0.0, 0.0], [0.0, 0.0])
+    with pytest.raises(ValueError, match="corrections do not reach 'rod' at t = 2 s"):
+        pendulum().allowed([0.0, 0.0], [0.0, 0.0], 2.0)
+    start = ss.scene("rod_pendulum", L=1.0, m=1e8, v0=0.0, g=G).allowed([1.5, 2.0], [5.0, 0.0])
+    assert np.allclose(start.u, [0.6, 0.8], rtol=0.0, atol=1e-14)
+    assert np.allclose(start.v, [3.2, -2.4], rtol=0.0, atol=1e-14)
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from substep_derive import Contact, DeclarationError, Friction, Scene, optional, rate
+from substep_derive import t as time
 from substep_derive.declare.scenes import impact
 from sympy import Rational, Symbol
 from test_constraints import TAKEN, VERIFY
@@ -16,7 +17,7 @@ Array = np.ndarray
 H, PHASES = 0.1, 32
 SOME = ("generalized_alpha", "bathe", "energy_momentum")
 NEVER_GAIN = {"backward_euler", "energy_momentum", "houbolt"}
-u, v = Symbol("u"), rate(Symbol("u"))
+u, v, w = Symbol("u"), rate(Symbol("u")), Symbol("w")
 
 
 def remembered(name: str) -> Scene:
@@ -265,6 +266,12 @@ def test_penalties_that_mean_nothing_are_refused() -> None:
 def test_bad_starts_and_declarations_are_refused() -> None:
     with pytest.raises(ValueError, match="gaps of 0 or more in impact_oscillator, got -0.5 of 'stop'"):
         ss.scene("impact_oscillator", u0=0.5)
+    lifted = Scene(
+        "lifted", coordinates={u: "m", w: "m"}, kinetic=(v**2 + rate(w) ** 2) / 2, potential=u, parameters=(), length=1,
+        contacts={"floor": u - time, "wall": 5 - w}, start={u: 1, v: 0, w: 0, rate(w): 0},
+    )  # fmt: skip
+    with pytest.raises(ValueError, match=r"got -2 of 'floor' \(of u\) at t = 3 s; start outside"):
+        ss.march(ss.scene(lifted), "bathe", dt=H, t_end=4.0, start={"t": 3.0, "u": [1.0, 0.0], "v": [0.0, 0.0]})
     with pytest.raises(ValueError, match="rk4 is explicit and does not move on with the velocity"):
         ss.march("mass_on_floor", "rk4", dt=H, t_end=1.0)
     with pytest.raises(ValueError, match="expected a restitution of contact 'floor' of mass_on_floor"):

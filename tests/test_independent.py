@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from substep_derive import Scene, rate
+from substep_derive import t as time
 from sympy import Expr, Matrix, Rational, Symbol, sin, symbols
 
 import substep as ss
@@ -69,6 +70,26 @@ def test_what_contradicts_or_is_singular_is_refused(held: Any, start: Any, expec
 def test_dependent_constraints_name_the_cure() -> None:
     with pytest.raises(ValueError, match="1 independent of 2 .* or march the scene of ss.independent"):
         ss.scene(sliding(plane=x - y, again=2 * x - 2 * y))
+
+
+@pytest.mark.parametrize(
+    ("held", "expected"),
+    [
+        ({"a": x, "b": x - 1}, "1 independent of 2 at the start: a, b contradict each other there, by 1 in u; correct"),
+        ({"a": x, "b": 5 * x - 10}, "a, b contradict each other there, by 2 in u"),
+        ({"a": y - 1, "b": y - 1, "c": x, "d": x - 1}, "2 independent of 4 at the start: c, d contradict each other"),
+        ({"a": x - 1 - time, "b": x - 1 - 4 * time}, "a, b contradict each other there, by 3 in v"),
+        ({"a": (x**2 + y**2 - 1) / 2, "b": (x**2 + y**2 - 4) / 2}, "a, b contradict each other there, by 1.06 in u"),
+        ({"a": x, "b": 2 * x}, "a, b repeat each other there"),
+        ({"a": (x - 1) ** 2 + (y - 1) ** 2}, "0 independent of 1 at the start: a has no direction there"),
+    ],
+)
+def test_constraints_that_cannot_hold_together_are_told_from_those_that_repeat_each_other(
+    held: Any, expected: str
+) -> None:
+    """By how far apart what they ask of x is, or of its rate; of circles, of the first correction, 3/2 over sqrt(2)."""
+    with pytest.raises(ValueError, match=expected):
+        ss.scene(sliding(**held))
 
 
 def bricard() -> Scene:

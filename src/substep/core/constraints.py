@@ -185,50 +185,80 @@ def _held(scene: _Held, given: tuple[Array, ...], places: Sequence[int]) -> tupl
 
 
 def require_allowed(scene: _Held, t: float, u: Array, v: Array) -> None:
-    """Raises ValueError for constraints that repeat each other at u, v (n,), and where these are not allowed."""
-    at = np.array([t]), u[None], v[None]
-    (x,), (rate,), _ = scene.drift(*at)
-    G, names = scene.directions(*at[:2])[0], scene.info.multipliers
-    c, across = len(names), np.linalg.norm(G, axis=1)
+    """Raises ValueError for constraints that depend on each other at u, v (n,), and where these are not allowed."""
+    off, scales, G = _off(scene, t, u, v)
+    names, when = scene.info.multipliers, _when(t)
+    c = len(names)
     if c:
-        _require_independent(scene, names, G[:c], scene.constrained(*at)[0])
-    off = x / across, rate / across
-    scales = float(scene.length), max(float(np.linalg.norm(v)), float(np.abs(off[1]).max()))
+        _require_independent(scene, t, G[:c], _scaled(scene, t, u, v), (off, scales))
     for what, values, scale in zip("uv", off, scales, strict=True):
         worst = int(np.abs(values[:c]).argmax()) if c else 0
         if c and abs(values[worst]) > ALLOWED * scale:
             raise ValueError(
                 f"expected a start that the constraints of {scene.name} allow, got {what} off by {values[worst]:.3g} "
-                f"across '{names[worst]}'; correct it{_nearest(scene, t, u, v)}, or march from "
-                "start=scene.allowed(u, v), the nearest one"
+                f"across '{names[worst]}'{when}; {_corrected(scene, t, u, v)}"
             )
-    for name, beyond in zip(scene.info.contacts, off[0][c:], strict=False):
+    for name, beyond, along in zip(scene.info.contacts, off[0][c:], G[c:], strict=False):
         if beyond > ALLOWED * scales[0]:
+            moved = ", ".join(q for (q, _), x in zip(scene.coordinates, along, strict=True) if x)
             raise ValueError(
-                f"expected a start with gaps of 0 or more in {scene.name}, got {-beyond:.3g} of '{name}'; start outside"
+                f"expected a start with gaps of 0 or more in {scene.name}, got {-beyond:.3g} of '{name}'"
+                f"{moved and f' (of {moved})'}{when}; start outside"
             )
 
 
-def _nearest(scene: _Held, t: float, u: Array, v: Array) -> str:
-    """The nearest start that is allowed, in words; nothing where there is none near."""
+def sizes(G: Array) -> Array:
+    """The norms of gradients (..., d), 1 for those that are 0."""
+    found = np.linalg.norm(G, axis=-1)
+    return np.where(found > 0.0, found, 1.0)
+
+
+def _off(scene: _Held, t: float, u: Array, v: Array) -> tuple[Array, tuple[float, float], Array]:
+    """How far u and v are off what constraints keep, and minus gaps, (2, c); the scales of both, and directions G."""
+    at = np.array([t]), u[None], v[None]
+    x, rate, _ = scene.drift(*at)
+    G = scene.directions(*at[:2])[0]
+    off = np.concatenate([x, rate]) / sizes(G)
+    return off, (float(scene.length), max(float(np.linalg.norm(v)), float(np.abs(off[1]).max()))), G
+
+
+def _scaled(scene: _Held, t: float, u: Array, v: Array) -> Array:
+    """The matrix (n + c, n + c) of mass and directions of constraints, with the mass relative to its largest entry."""
+    found = scene.constrained(np.array([t]), u[None], v[None])[0].astype(float)
+    mass = found[: len(u), : len(u)]
+    mass /= np.abs(mass).max() or 1.0
+    return found
+
+
+def _when(t: float) -> str:
+    """The time of a start in words, where it is not 0."""
+    return f" at t = {t:g} s" if t else ""
+
+
+def _corrected(scene: _Held, t: float, u: Array, v: Array) -> str:
+    """What to do about a start that constraints do not allow: the nearest one that they do, if there is one near."""
     try:
         there = nearest(scene, t, u, v)
     except ValueError:
-        return ""
+        return "correct it"
     numbers = (f"{kind} = [{', '.join(f'{x:.12g}' for x in values)}]" for kind, values in zip("uv", there, strict=True))
-    return f" to {' and '.join(numbers)}"
+    asked = f"u, v, {t:g}" if t else "u, v"
+    return f"correct it to {' and '.join(numbers)}, or march from start=scene.allowed({asked}), the nearest one"
 
 
-def _require_independent(scene: _Held, names: Sequence[str], G: Array, matrix: Array) -> None:
-    """Raises ValueError where constraints repeat each other, or leave a coordinate without mass free."""
-    *_, values, rows = np.linalg.svd(G.T, full_matrices=True)
+def _require_independent(
+    scene: _Held, t: float, G: Array, matrix: Array, start: tuple[Array, tuple[float, float]]
+) -> None:
+    """Raises ValueError where constraints repeat or contradict each other, or leave a coordinate without mass free.
+
+    start: see `_off`.
+    """
+    names, (*_, values, rows) = scene.info.multipliers, np.linalg.svd(G.T, full_matrices=True)
     rank = int((values > DEPENDENT * values[0]).sum()) if values[0] > 0.0 else 0
     if rank < len(names):
-        involved = [name for name, x in zip(names, rows[rank], strict=True) if abs(x) > 1e-6]
         raise ValueError(
-            f"expected independent constraints of {scene.name}, got {rank} independent of {len(names)} at the start: "
-            f"{', '.join(involved)} repeat each other there; leave one out, start elsewhere, or march the scene of "
-            "ss.independent(declaration), which leaves out what repeats others"
+            f"expected independent constraints of {scene.name}, got {rank} independent of {len(names)} at the start"
+            f"{_when(t)}: {_dependence(names, G, rows[rank:], *start)}"
         )
     if np.linalg.matrix_rank(matrix) < len(matrix):
         free = np.abs(np.linalg.svd(matrix)[2][-1, : len(scene.coordinates)])
@@ -238,27 +268,53 @@ def _require_independent(scene: _Held, names: Sequence[str], G: Array, matrix: A
         )
 
 
+def _dependence(names: Sequence[str], G: Array, rows: Array, off: Array, scales: tuple[float, float]) -> str:
+    """How constraints depend on each other, and the cure, in words; rows (k, c): sums of G that are 0.
+
+    They contradict each other where no change of u, or of v, corrects by how much they are off.
+    """
+    if still := [name for name, x in zip(names, G, strict=True) if not x.any()]:
+        return f"{', '.join(still)} has no direction there, as its gradient is 0; start elsewhere"
+    unit = G / sizes(G)[:, None]
+    for what, values, scale in zip("uv", off[:, : len(names)], scales, strict=True):
+        left = np.abs(values - unit @ (np.linalg.pinv(unit, rcond=DEPENDENT) @ values))
+        if (most := left.max()) > ALLOWED * scale:
+            involved = ", ".join(name for name, x in zip(names, left, strict=True) if x > 1e-6 * most)
+            return f"{involved} contradict each other there, by {left @ left / most:.3g} in {what}; correct one of them"
+    involved = ", ".join(name for name, x in zip(names, np.abs(rows).max(axis=0), strict=True) if x > 1e-6)
+    return (
+        f"{involved} repeat each other there; leave one out, start elsewhere, or march the scene of "
+        "ss.independent(declaration), which leaves out what repeats others"
+    )
+
+
 def nearest(scene: _Held, t: float, u: Array, v: Array) -> tuple[Array, Array]:
     """u, v (n,) moved onto the constraints by as little as possible, measured by the mass.
 
-    Raises ValueError where corrections do not end.
+    Raises ValueError where corrections do not reach u, v that keep the constraints.
     """
-    c = len(scene.info.multipliers)
-    for _ in range(MOST if c else 0):
+    names, speed = scene.info.multipliers, float(np.linalg.norm(v))
+    if not names:
+        return u, v
+    c, change = len(names), np.zeros((len(u), 2))
+    for _ in range(MOST):
         at = np.array([t]), u[None], v[None]
         (x,), (rate,), _ = scene.drift(*at)
-        matrix = scene.constrained(*at)[0]
-        right = np.zeros((len(matrix), 2))
+        matrix, right = _scaled(scene, t, u, v), np.zeros((len(u) + c, 2))
         right[-c:] = -np.array([x[:c], rate[:c]]).T
-        change: Array = np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0], dtype=np.float64)[: len(u)]
+        change = np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0], dtype=np.float64)[: len(u)]
         if np.abs(change[:, 0]).max() <= 1e-15 * float(scene.length):
-            return u, v + change[:, 1]
+            break
         u = u + change[:, 0]
         if not np.isfinite(u).all():
             break
-    if not c:
-        return u, v
-    raise ValueError(
-        f"expected a start near one that the constraints of {scene.name} allow, got one from which {MOST} corrections "
-        "reach none; give a nearer one"
-    )
+    v = v + change[:, 1]
+    off, (length, fast), _ = _off(scene, t, u, v)
+    kept = np.abs(off[:, :c]) <= ALLOWED * np.array([[length], [max(fast, speed)]])
+    if not kept.all():
+        missed = ", ".join(f"'{names[k]}'" for k in np.flatnonzero(~kept.all(axis=0)))
+        raise ValueError(
+            f"expected a start near one that the constraints of {scene.name} allow, got one from which corrections do "
+            f"not reach {missed}{_when(t)}; give a nearer one"
+        )
+    return u, v

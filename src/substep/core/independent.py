@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .arrays import Array
-from .constraints import ALLOWED, DEPENDENT
+from .constraints import ALLOWED, DEPENDENT, sizes
 from .errors import called_as, real_number
 from .scene_catalogue import checked_parameters, scene_info
 from .scenes import Scene, scene
@@ -38,7 +38,7 @@ class Independent:
         """
         names = self._whole.info.multipliers
         values, G = self._whole.drift(r.t, r.u, r.v)[0], self._whole.directions(r.t, r.u)
-        values = values / _sizes(G)
+        values = values / sizes(G)
         return {name: values[:, names.index(name)] for name in self.left_out}
 
     def __str__(self) -> str:
@@ -78,7 +78,7 @@ def independent(declaration: "SceneDeclaration", **parameters: Any) -> Independe
         return Independent(scene(declaration, **parameters), (), len(names), whole)
     values, rates, _ = whole.drift(*at)
     scales = whole.length, max(float(np.linalg.norm(whole.v0)), float(np.abs(rates).max()))
-    across = _sizes(whole.directions(*at[:2])[0])
+    across = sizes(whole.directions(*at[:2])[0])
     for k in left_out:
         if any(abs(x[0, k]) > ALLOWED * scale * across[k] for x, scale in zip((values, rates), scales, strict=True)):
             raise ValueError(
@@ -107,18 +107,12 @@ def _unchecked(declaration: "SceneDeclaration", parameters: Mapping[str, Any]) -
 def _independent(G: Array) -> list[int]:
     """The rows that add to the span of those before them."""
     basis, kept = np.zeros((0, G.shape[1])), list[int]()
-    for k, row in enumerate(G / _sizes(G)[:, None]):
+    for k, row in enumerate(G / sizes(G)[:, None]):
         rest = row - basis.T @ (basis @ row)
         rest = rest - basis.T @ (basis @ rest)
         if (size := float(np.linalg.norm(rest))) > DEPENDENT**0.5:
             basis, kept = np.vstack([basis, rest / size]), [*kept, k]
     return kept
-
-
-def _sizes(G: Array) -> Array:
-    """The norms of gradients (..., d), 1 for those that are 0."""
-    found = np.linalg.norm(G, axis=-1)
-    return np.where(found > 0.0, found, 1.0)
 
 
 def _direction(d: int) -> Array:
