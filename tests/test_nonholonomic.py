@@ -1,9 +1,10 @@
-"""Constraints that hold rates: against the exact motion of a knife edge on a slope, and a rod held as a length."""
+"""Constraints that hold rates: a knife edge on a slope, a rod held as a length, and a disk that rolls."""
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from substep_derive import DeclarationError, Scene, rate
-from sympy import Symbol, cos, sin
+from sympy import Rational, Symbol, cos, pi, sin
 from test_constraints import TAKEN, VERIFY
 
 import substep as ss
@@ -59,6 +60,64 @@ def test_a_rod_at_velocity_level_is_the_rod_but_for_the_error_of_the_scheme(name
         differences.append(np.abs(a.u - b.u).max())
         assert np.abs((b.u * b.v).sum(axis=1)).max() < 1e-12
     assert np.log2(differences[0] / differences[1]) == pytest.approx(2.0, abs=0.2)
+
+
+R, FALL, TURN, SPIN = 0.5, Rational(3, 10), Rational(1, 2), Rational(6)  # m; rates of tilt, yaw and spin, rad/s
+ACROSS, ALONG = R**2 / 4.0, R**2 / 2.0  # moments of inertia of a thin disk of 1 kg, about a diameter and its axis
+
+
+def disk() -> Scene:
+    """A disk that rolls on a plane: the velocity of the centre and of rotation leave what touches at rest."""
+    theta, psi = Symbol("theta"), Symbol("psi")  # tilt of its axis, and spin; phi is the yaw
+    spin = rate(psi) + rate(phi) * cos(theta)
+    r, fast = Rational(1, 2), SPIN + TURN * cos(pi / 3)
+    return Scene(
+        "rolling_disk", coordinates={x: "m", y: "m", theta: "rad", phi: "rad", psi: "rad"},
+        kinetic=(rate(x) ** 2 + rate(y) ** 2 + (r * cos(theta) * rate(theta)) ** 2) / 2
+        + r**2 / 8 * (rate(theta) ** 2 + (rate(phi) * sin(theta)) ** 2) + r**2 / 4 * spin**2,
+        potential=Rational(981, 100) * r * sin(theta), parameters=(), length=1,
+        constraints={
+            "along_x": rate(x) - r * (rate(theta) * sin(theta) * sin(phi) - spin * cos(phi)),
+            "along_y": rate(y) + r * (rate(theta) * sin(theta) * cos(phi) + spin * sin(phi)),
+        },
+        start={
+            x: 0, y: 0, theta: pi / 3, phi: 0, psi: 0, rate(x): -r * fast, rate(y): -r * FALL * sin(pi / 3),
+            rate(theta): FALL, rate(phi): TURN, rate(psi): SPIN,
+        },
+    )  # fmt: skip
+
+
+def by_newton_and_euler(_: float, state: np.ndarray) -> np.ndarray:
+    """The same in rotations w about the level diameter, the steepest one and the axis, where forces are eliminated."""
+    tilt, yaw, w1, w2, w3 = state[2], state[3], *state[5:]
+    about = w2 / np.tan(tilt)  # the rate at which these axes turn about the third
+    return np.array([
+        R * (w1 * np.sin(tilt) * np.sin(yaw) - w3 * np.cos(yaw)),
+        -R * (w1 * np.sin(tilt) * np.cos(yaw) + w3 * np.sin(yaw)),
+        w1, w2 / np.sin(tilt), w3 - about,
+        (ACROSS * about * w2 - (ALONG + R**2) * w2 * w3 - 9.81 * R * np.cos(tilt)) / (ACROSS + R**2),
+        (ALONG * w1 * w3 - ACROSS * about * w1) / ACROSS,
+        R**2 * w1 * w2 / (ALONG + R**2),
+    ])  # fmt: skip
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("name", ["average_acceleration", "bathe", "generalized_alpha"])
+def test_a_disk_rolls_as_by_newton_and_euler(name: str) -> None:
+    """Coordinates for 1.5 s, in which it nods thrice, and the forces along the plane, which accelerate its centre."""
+    tilt, (fall, turn, spin) = np.pi / 3, map(float, (FALL, TURN, SPIN))
+    start = [0.0, 0.0, tilt, 0.0, 0.0, fall, turn * np.sin(tilt), spin + turn * np.cos(tilt)]
+    exact = solve_ivp(by_newton_and_euler, (0.0, 1.6), start, "DOP853", rtol=1e-12, atol=1e-12, dense_output=True).sol
+    before, after = (by_newton_and_euler(0.0, exact(1.5 + h))[:2] for h in (-1e-4, 1e-4))
+    force = (after - before) / 2e-4  # on 1 kg
+    errors = []
+    for n in (150, 300):
+        r = ss.march(ss.scene(disk()), name, dt=1.5 / n, t_end=1.5)
+        assert r.status == "completed"
+        of_force = force + [of_rate[-1] for of_rate in r.multipliers.values()]
+        errors.append([np.abs(r.u - exact(r.t)[:5].T).max(), np.abs(of_force).max()])
+    assert max(errors[1]) < 0.01
+    assert np.log2(np.divide(*errors)) == pytest.approx([2.0, 2.0], abs=0.1)
 
 
 def test_what_has_no_direction_is_refused() -> None:
