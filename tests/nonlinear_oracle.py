@@ -52,7 +52,7 @@ MEMBERS |= {name: ("stoermer", {"counts": counts}) for name, counts in tables.EX
 STARTERS = {  # how many steps of which scheme come before the first own one
     **{name: (2, "average_acceleration") for name in ("houbolt", "park", "bdf3")},
     **{name: (1, "average_acceleration") for name in ("oalts", "bdf2", "adams_moulton3", "bdf_alpha")},
-    "bdf4": (3, "dormand_prince"),
+    "bdf4": (3, "esdirk43"),
     "adams_moulton4": (2, "dormand_prince"),
 }
 

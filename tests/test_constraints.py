@@ -21,7 +21,7 @@ from substep.core.response import Response
 Array = np.ndarray
 VERIFY = os.environ.get("SUBSTEP_VERIFY")
 G = 9.81
-EXPLICIT = {name for name in ss.schemes() if ss.scheme(name).rho_inf == float("inf")} | {"bdf4"}  # by its starter
+EXPLICIT = {name for name in ss.schemes() if ss.scheme(name).rho_inf == float("inf")}
 # as test_prescribed.py holds against steps
 DRIFTING = {name for name in ss.schemes() if "u at the ends of steps is not held" in CATALOGUE[name]["constrained"]}
 # a constraint is an infinitely stiff spring, whose errors a step multiplies by rho_inf

@@ -31,8 +31,6 @@ def velocity_of(found: Any, at: float) -> float:
 @pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize(("name", "kept"), ENDING)
 def test_marches_leave_with_the_velocity_that_is_derived(name: str, kept: bool) -> None:
-    if name == "bdf4":
-        pytest.skip("another scheme starts it, which refuses a contact")
     scene = remembered("mass_on_floor") if kept else "mass_on_floor"
     found, phases = impact(name, remembered=kept), (np.arange(12) + 0.37) / 12
     ds = ss.sweep(scene, name, dt=H, t_end=12.0, keep="final", u0=1 + H * phases, progress=False)

@@ -61,7 +61,7 @@ def test_chopra(example: str) -> None:
 
 # with which scheme each multi-step scheme starts: by average acceleration, most of them
 STARTERS = dict.fromkeys(("houbolt", "park", "oalts", "bdf2", "bdf3", "adams_moulton3", "bdf_alpha"), "newmark")
-STARTERS |= dict.fromkeys(("bdf4", "adams_moulton4"), "dormand_prince")
+STARTERS |= {"bdf4": "esdirk43", "adams_moulton4": "dormand_prince"}
 
 
 def oracle_history(name: str, s: ss.Scheme, scene: ss.Scene, dt: float, n: int) -> np.ndarray:

@@ -28,7 +28,6 @@ def step(h, gamma_t_):
             "M": {"a_p": 1},
             "C": {"v_p": 1},
             "N": [(1, {"u_p": 1}, gamma_t_)],
-            "commit": [({"u_p": 1}, {"v_p": 1}, gamma_t_)],
             "f": [(1, gamma_t_)],
         }),
         ("combine", "u_1", {"a_0": (1/12)*h**2*(4*gamma_t_ - 1)/gamma_t_, "a_1": (1/12)*h**2*(2*gamma_t_ - 1)/(gamma_t_ - 1), "a_p": -1/12*h**2/(gamma_t_*(gamma_t_ - 1)), "u_0": 1, "v_0": h}),

@@ -6,8 +6,8 @@ from ..parameter import Parameter
 from ..published import Published
 from ..scheme import Balance, Scheme
 from ..symbols import C, K_t, M, alpha_g, delta, f, h, knot, rho_inf
+from .diagonally_implicit import esdirk43
 from .newmark import average_acceleration
-from .runge_kutta import dormand_prince
 
 u0, v0, a0 = knot(0)
 u1, v1, a1 = end = knot(1)
@@ -107,6 +107,6 @@ def backward_differences(order: int, start: Scheme, published: Published) -> Sch
 
 bdf2 = backward_differences(2, average_acceleration, Published("Gear (1971), ch. 11", 2, 0, oo)).known_as("gear")
 bdf3 = backward_differences(3, average_acceleration, Published("Gear (1971), ch. 11", 3, 0)).known_as("gear")
-bdf4 = backward_differences(4, dormand_prince, Published("Gear (1971), ch. 11", 4, 0)).known_as("gear")
+bdf4 = backward_differences(4, esdirk43, Published("Gear (1971), ch. 11", 4, 0)).known_as("gear")
 
 ALL = (houbolt, park, gholampour, oalts, bdf2, bdf3, bdf4)
