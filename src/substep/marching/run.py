@@ -29,6 +29,7 @@ from ..core.state import State, bare, require_coordinates, whose
 from ..run.clock import AT_ZERO, CHOSEN, Begin, ConstantSteps, Control, steps_of
 from ..run.schemes import numbers_only
 from .adaptive import march_adaptive
+from .decay import require_decay
 from .gained import gained
 from .linear import LinearLanes, march_linear
 from .oscillators import Oscillators
@@ -202,22 +203,6 @@ def marched(
     first, largest = abs(float(lanes.first[0])), float(lanes.peak[0])
     growth = largest / first if first else math.inf
     return _response(scene, scheme, steps, rows, n_done, status, iterations, state, known, growth, memory)
-
-
-def require_decay(held: str, scheme: Scheme) -> None:
-    """Raises ValueError for a scheme that multiplies what a start has wrong, or rounding, on a constraint or contact.
-
-    That is by its spectral radius at infinity, as a constraint is an infinitely stiff spring; at any of its parameters.
-    held: what has these.
-    """
-    if scheme.rho_inf is None:
-        return
-    radii = np.ravel(scheme.rho_inf)
-    if (growing := radii[(radii > 1.0 + 1e-9) & (radii < math.inf)]).size:
-        raise ValueError(
-            f"expected a scheme for {held} that damps errors along its constraints, got {scheme.name}, which "
-            f"multiplies them by {growing.max():.4g} in each step; take one with rho_inf <= 1"
-        )
 
 
 def _on_scene(scene: Scene, state: State) -> State:

@@ -21,8 +21,8 @@ from ..core.single import Dtype, require_possible
 from ..core.threads import cores
 from ..core.units import require_ratio
 from ..marching.adaptive import adaptive_kernels
+from ..marching.decay import require_decay
 from ..marching.linear import LOADED
-from ..marching.run import require_decay
 from ..marching.scene_events import require_events
 from ..marching.scene_lanes import pair_kernels
 from ..run.axes import RESERVED, Axis, Keep, Owner, asked

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...core.scheme_names import unknown_argument
 from ...core.schemes import Scheme
-from ...marching.run import require_decay as require_error_decay
+from ...marching.decay import require_decay as require_error_decay
 from ..model.consistency import require_finite_start, require_own_potential, require_own_tangent
 from ..model.contacts import Contacts
 from ..model.held import Held
