@@ -117,30 +117,43 @@ def held_first(
     It is factors * (u, v, a), numbers or (P,), of u, v, a (P, n) at the start t (P,), and is `ahead` s (P,) later; the
     constraints at these places are 0 there, and contacts that are closed and at rest do not close further. Of central
     differences that is SHAKE's first step (Ryckaert, Ciccotti & Berendsen, J. Comput. Phys. 23 (1977) 327-341).
-    Frictions act as at the start: against what slides, and so that what is at rest stays, up to their limits.
+    Frictions act as at the start: against what slides, and so that what is at rest stays, up to their limits. NaN where
+    there are no such reactions, as of friction that presses a contact harder than sliding relieves it.
     """
     given = t, u, v, a, *(np.broadcast_to(x, len(u)) for x in (*factors, ahead))
-    change, found = _pressed(scene, given, places)
     if not scene.info.frictions:
-        return change, found
+        return _pressed(scene, given, places)
     n, first = u.shape[-1], len(scene.info.multipliers) + len(scene.info.contacts)
     G, (_, rates, rest) = scene.directions(t, u)[:, first:], (x[:, first:] for x in scene.drift(t, u, v))
     by = np.linalg.pinv(scene.constrained(t, u, v)[:, :n, :n]) @ G.swapaxes(1, 2)
     alone, limits = np.einsum("pfn,pnf->pf", G, by), scene.limits(t, u)
     slides = np.abs(rates) > ALLOWED * np.linalg.norm(G, axis=-1) * np.linalg.norm(v, axis=-1, keepdims=True)
-    force = np.zeros_like(rates)
-    for _ in range(MOST):
+
+    def rubbed(force: Array) -> tuple[Array, Array, Array]:
+        """Changes and reactions under these forces of frictions (P, f), and the forces that then follow."""
+        rubs = -np.einsum("pnf,pf->pn", by, force)
+        more, found = _pressed(scene, (t, u, v, a + rubs, *given[4:]), places)
         pressures = found[:, first - len(scene.info.contacts) : first]
         most = np.maximum(limits[..., 0] + np.einsum("pfd,pd->pf", limits[..., 1:], pressures), 0.0)
-        along = np.einsum("pfn,pn->pf", G, a + change) + rest
+        along = np.einsum("pfn,pn->pf", G, a + rubs + more) + rest
         stays: Array = np.clip(force + along / alone, -most, most)
-        new: Array = np.where(slides, np.sign(rates) * most, stays)
-        rubbed = -np.einsum("pnf,pf->pn", by, new)
-        more, found = _pressed(scene, (t, u, v, a + rubbed, *given[4:]), places)
-        change, found[:, first:], done = rubbed + more, new, np.abs(new - force).max(initial=0.0)
-        force = new
-        if done <= 1e-13 * np.abs(new).max(initial=0.0):
+        return rubs + more, found, np.where(slides, np.sign(rates) * most, stays)
+
+    force = np.zeros_like(rates)
+    change, found, new = rubbed(force)
+    off = scale = np.empty(len(u))
+    for _ in range(MOST):  # Newton's, as what follows is affine by branch
+        off, scale = np.abs(new - force).max(axis=1), np.abs(new).max(axis=1)
+        if (off <= 1e-13 * scale).all():
             break
+        slopes, ahead_by = np.empty((*force.shape, force.shape[1])), 1e-2 * np.maximum(off, scale) + (off == 0.0)
+        for k, unit in enumerate(np.eye(force.shape[1])):
+            slopes[..., k] = (rubbed(force + ahead_by[:, None] * unit)[2] - new) / ahead_by[:, None] - unit
+        force = force - (np.linalg.pinv(slopes) @ (new - force)[..., None])[..., 0]
+        change, found, new = rubbed(force)
+    found[:, first:] = new
+    none = off > 0.1 * scale  # far beyond rounding, also that of short steps, which is that of u over ahead^2
+    change[none], found[none] = np.nan, np.nan
     return change, found
 
 
