@@ -63,6 +63,29 @@ def test_a_rod_that_slides_is_not_lost_where_its_rate_says_which_way() -> None:
 
 
 @pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("restitution", [None, 0])
+def test_an_explicit_scheme_names_the_painleve_rod_a_step_ahead(restitution: int | None) -> None:
+    """Its reactions hold the displacement of the step after the one that fails."""
+    r = ss.march(ss.scene(rod(restitution), mu=2, above=0.05), "central_difference", dt=1e-3, t_end=0.2)
+    assert r.status == "newton_failed"
+    assert np.allclose(r.u[:, 0], -SPEED * r.t)
+    assert "friction 'drag' presses contact 'floor' (of y, phi)" in r.failure
+    assert f"is {compliance(2):.3g}" in r.failure
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("restitution", [None, 0])
+def test_an_explicit_scheme_names_the_painleve_rod_that_starts_on_the_floor(restitution: int | None) -> None:
+    """The reactions that hold its first step do not exist; nearly beyond the coefficient of friction they do."""
+    r = ss.march(ss.scene(rod(restitution), mu=2), "central_difference", dt=1e-3, t_end=0.02)
+    assert (r.status, len(r.u)) == ("newton_failed", 1)
+    assert "friction 'drag' presses contact 'floor' (of y, phi)" in r.failure
+    close = ss.march(ss.scene(rod(restitution), mu=0.99 * LIMIT), "central_difference", dt=1e-5, t_end=2e-5)
+    assert close.memory["floor"][0] == pytest.approx(9.81 / compliance(0.99 * LIMIT), rel=1e-2)
+    assert close.memory["drag"][0] == pytest.approx(-0.99 * LIMIT * close.memory["floor"][0])
+
+
+@pytest.mark.usefixtures("uncompiled")
 def test_chosen_steps_name_the_painleve_rod_too() -> None:
     r = ss.march(ss.scene(rod(0), mu=2), "average_acceleration", tol=1e-4, t_end=0.1)
     assert r.status == "step_too_small"
@@ -71,7 +94,7 @@ def test_chosen_steps_name_the_painleve_rod_too() -> None:
 
 @pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("restitution", [None, 0])
-@pytest.mark.parametrize("name", ["average_acceleration", "backward_euler"])
+@pytest.mark.parametrize("name", ["average_acceleration", "backward_euler", "central_difference"])
 def test_walls_that_leave_no_room_are_named(name: str, restitution: int | None) -> None:
     gaps = {"left": x + 1 - t, "right": 1 - t - x, "far": x + 9}
     scene = Scene(
@@ -115,6 +138,18 @@ def test_a_structure_names_them_alike(name: str) -> None:
     assert f"{compliance(2):.3g}" in found
 
 
+@pytest.mark.filterwarnings("ignore:central_difference has gained 100%")
+def test_a_structure_names_them_where_it_has_gained_energy() -> None:
+    c, s = np.cos(ANGLE), np.sin(ANGLE)
+    model = ss.structure(
+        np.diag([1.0, 1.0, 1 / 3]), np.zeros((3, 3)), names=["x", "y", "phi"], v0=[-SPEED, 0.0, 0.0],
+        load=({"y": -9.81}, np.ones_like), contacts={"floor": ({"y": 1.0, "phi": -c}, 0.0)},
+        friction={"drag": ({"x": 1.0, "phi": s}, {"floor": 2.0})},
+    )  # fmt: skip
+    with pytest.warns(UserWarning, match=r"has gained energy: in the step to t = 0.001 s, friction 'drag' presses"):
+        ss.march(model, "central_difference", dt=1e-3, t_end=0.02)
+
+
 @pytest.mark.usefixtures("uncompiled")
 def test_a_mass_that_ends_is_named() -> None:
     scene = Scene(
@@ -124,6 +159,26 @@ def test_a_mass_that_ends_is_named() -> None:
     r = ss.march(ss.scene(scene), "central_difference", dt=0.01, t_end=0.7)
     assert (r.status, len(r.t)) == ("newton_failed", 50)
     assert f"the step to t = 0.5 s was not solved: the mass of 'x' has fallen to {r.u[-1, 0] ** 2:.2g} of" in r.failure
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("name", ["rk4", "dormand_prince"])
+def test_a_mass_that_ends_is_named_where_a_scheme_has_passed_over_it(name: str) -> None:
+    """(1 - x) x' = 1 until (1 - x)^2 = 1 - 2 t is 0 at t = 1/2; an explicit scheme goes on, and blows up."""
+    scene = Scene(
+        "vanishing_mass", coordinates={x: "m", y: "m"}, kinetic=(1 - x) ** 2 * rate(x) ** 2 / 2 + rate(y) ** 2 / 2,
+        potential=y, parameters=(), start={x: 0, y: 0, rate(x): 1, rate(y): 0}, length=1,
+    )  # fmt: skip
+    r = ss.march(ss.scene(scene), name, dt=0.01, t_end=0.7)
+    assert r.status == "non_finite"
+    assert r.t_failed is not None
+    assert (
+        f"the step to t = {r.t_failed:.6g} s was not solved: the mass of 'x' has fallen to {(1 - r.u[50, 0]) ** 2:.2g}"
+        in (r.failure)
+    )
+    assert "of that at the start at t = 0.5 s, and is about to be singular" in r.failure
+    with pytest.warns(UserWarning, match="noh_bathe has gained energy on vanishing_mass, which conserves it"):
+        ss.march(ss.scene(scene), "noh_bathe", dt=0.01, t_end=0.7)
 
 
 def test_a_coordinate_without_mass_that_constraints_leave_free_is_named() -> None:

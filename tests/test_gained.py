@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from substep_derive import Contact, Scene, rate, t
+from substep_derive import Contact, Friction, Scene, rate, t
 from sympy import Rational, S, sin, symbols
 from typer.testing import CliRunner
 
@@ -81,6 +81,20 @@ def test_a_bounce_in_too_long_steps_gains_energy() -> None:
     assert "central_difference has gained energy on penalty_bounce, which conserves it" in text
     assert f"{end:.3g} J at t = 0.3 from 0.5 J; take a smaller step, or another scheme" in text
     assert said("penalty_bounce", "central_difference", dt=1e-4, t_end=0.3) == ""
+
+
+@pytest.mark.usefixtures("uncompiled")
+def test_friction_only_takes_energy_but_for_a_belt() -> None:
+    """At omega*dt = 3 central differences gain beside a small friction; a belt brings energy that none is warned of."""
+    spring: dict[str, Any] = {"coordinates": {x: "m"}, "kinetic": rate(x) ** 2 / 2, "parameters": (), "length": 1}
+    spring |= {"potential": 50 * x**2, "start": {x: Rational(1, 10), rate(x): 0}}
+    rubbed = Scene("rubbed", frictions={"drag": Friction(x, Rational(1, 100))}, **spring)
+    text = said(rubbed, "central_difference", dt=0.3, t_end=3.0)
+    assert "central_difference has gained energy on rubbed, whose friction only takes it" in text
+    assert said(rubbed, "central_difference", dt=0.01, t_end=3.0) == ""
+    at_rest = spring | {"potential": 0 * x, "start": {x: 0, rate(x): Rational(1, 10)}}
+    belt = Scene("belt", frictions={"drag": Friction(x - 9 * t, 1)}, **at_rest)
+    assert said(belt, "average_acceleration", dt=0.01, t_end=3.0) == ""
 
 
 def test_energy_that_a_prescribed_motion_brings_is_nothing_to_warn_of() -> None:

@@ -13,7 +13,16 @@ from .scenes import Scene
 TOUCHES = 1e-8  # of the scene's length, and of the velocity: what is nearer is in contact, what is slower sticks
 SINGULAR = 1e-10  # of the product of its diagonal: a smaller minor of several contacts is 0, as of dependent ones
 ENDS = 0.05  # of the mass at the start, which is then about to end
+GROWN = 10.0  # of the energy at the start: a run that ends beyond all bounds has blown up where there is more
+BEFORE = 4  # rows before that, in which the mass is looked at
 MOST = 8  # contacts that are looked at together
+
+
+class _Scheme(Protocol):
+    """A scheme, as far as it is asked where its reactions act: see `substep.core.schemes.Scheme`."""
+
+    @property
+    def kind(self) -> str | None: ...
 
 
 class _Run(Protocol):
@@ -24,7 +33,7 @@ class _Run(Protocol):
     @property
     def t(self) -> Any: ...
     @property
-    def t_failed(self) -> float | None: ...
+    def scheme(self) -> "_Scheme": ...
     @property
     def u(self) -> Array: ...
     @property
@@ -32,7 +41,8 @@ class _Run(Protocol):
     @property
     def memories(self) -> Array | None: ...
     @property
-    def last_memory(self) -> tuple[Array, ...]: ...
+    def energy(self) -> Any: ...
+    def memory_of_rows(self, rows: slice) -> tuple[Array, ...]: ...
 
 
 @dataclass(frozen=True)
@@ -55,13 +65,18 @@ class Acting:
 
 def reason(of: Acting) -> str:
     """Why the reactions have no solution, in words, and the cure; what acts, where that is not known; else nothing."""
-    if found := of.without_room or _pressed_harder(of) or dependent(of):
+    if found := known(of):
         return found
     rubbing = [name for name, share in zip(of.frictions, of.shares, strict=True) if share.any() or not of.contacts]
     if not of.contacts and not rubbing:
         return ""
     acting = [*(f"contact '{x}'" for x in of.contacts), *(f"friction '{x}'" for x in rubbing)]
-    return f"the branches of {_listed(acting)} were not found; take steps of another length"
+    return f"the branches of {listed(acting)} were not found; take steps of another length"
+
+
+def known(of: Acting) -> str:
+    """Why the reactions have no solution, in words, and the cure, where that is known; else nothing."""
+    return of.without_room or pressed_harder(of) or dependent(of)
 
 
 def dependent(of: Acting) -> str:
@@ -81,13 +96,13 @@ def dependent(of: Acting) -> str:
         if len(A) and values[0] <= SINGULAR:
             which = [f"{what} '{names[k]}'" for k in np.flatnonzero(np.abs(vectors[:, 0]) > 1e-6).tolist()]
             return (
-                f"{_listed(which)} repeat each other, so that their forces are not determined; leave one out, or give "
+                f"{listed(which)} repeat each other, so that their forces are not determined; leave one out, or give "
                 "one a penalty in place of a rigid stop"
             )
     return ""
 
 
-def _pressed_harder(of: Acting) -> str:
+def pressed_harder(of: Acting) -> str:
     """That friction presses contacts harder than their pressures relieve them, as on Painlevé's rod; else nothing.
 
     Gaps accelerate by A p, A = G M^-1 (G - mu s T)^T, s the way in which frictions slide. Whatever else acts, that has
@@ -105,8 +120,8 @@ def _pressed_harder(of: Acting) -> str:
                 if not minor <= (0.0 if count == 1 else -SINGULAR):
                     continue
                 rows = zip(of.frictions, of.shares, strict=True)
-                pressing = _listed([f"friction '{x}'" for x, row in rows if row[list(some)].any()])
-                pressed = _listed([f"contact '{of.contacts[k]}' (of {of.coordinates[k]})" for k in some])
+                pressing = listed([f"friction '{x}'" for x, row in rows if row[list(some)].any()])
+                pressed = listed([f"contact '{of.contacts[k]}' (of {of.coordinates[k]})" for k in some])
                 value = f"{float(A[at][0, 0]):.3g}" if count == 1 else f"a matrix with the minor {minor:.3g}"
                 return (
                     f"{pressing} presses {pressed} harder than sliding relieves it, "
@@ -116,32 +131,41 @@ def _pressed_harder(of: Acting) -> str:
     return ""
 
 
-def _listed(names: Sequence[str]) -> str:
+def listed(names: Sequence[str]) -> str:
+    """Names in a sentence."""
     return " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else "".join(names)
 
 
-def of_scene(r: _Run) -> Acting | None:
-    """What acts in the step of a scene that has failed; None without contacts and frictions."""
-    scene, info, end = r.scene, r.scene.info, r.t_failed
+def reacts_until(scheme: _Scheme, t: float, end: float) -> float:
+    """The time, s, at which reactions of a step from t to end hold something: of explicit schemes a step later."""
+    return end + (end - t) if scheme.kind == "explicit" else end
+
+
+def of_scene(r: _Run, row: int, end: float) -> Acting | None:
+    """What acts in the step of a scene from a row to the time `end`, s; None without contacts and frictions."""
+    scene, info = r.scene, r.scene.info
     c, d, f = len(info.multipliers), len(info.contacts), len(info.frictions)
-    if end is None or not d + f:
+    if not d + f:
         return None
-    u, v, h = np.asarray(r.u)[-1:], np.asarray(r.v)[-1:], end - float(r.t[-1])
-    now, rates, _ = (x[0] for x in scene.drift(r.t[-1:], u, v))
-    a = scene.acceleration(r.t[-1:], u, v, *r.last_memory)
-    at = np.array([end]), u + h * v + 0.5 * h * h * a, v + h * a  # where the step would end without the reactions
-    ahead, speeds = (x[0] for x in scene.drift(*at)[:2])
-    G, length = np.array(scene.directions(r.t[-1:], u)[0], dtype=float), float(scene.length)
+    at = slice(row, row + 1 or None)
+    t, u, v = r.t[at], np.asarray(r.u)[at], np.asarray(r.v)[at]
+    end = reacts_until(r.scheme, float(t[0]), end)
+    h = end - float(t[0])
+    now, rates, _ = (x[0] for x in scene.drift(t, u, v))
+    a = scene.acceleration(t, u, v, *r.memory_of_rows(at))
+    free = np.array([end]), u + h * v + 0.5 * h * h * a, v + h * a  # where the step would end without the reactions
+    ahead, speeds = (x[0] for x in scene.drift(*free)[:2])
+    G, length = np.array(scene.directions(t, u)[0], dtype=float), float(scene.length)
     G[c : c + d] *= -1.0
     across = np.linalg.norm(G, axis=1)
     touches = np.flatnonzero((np.minimum(-now, -ahead) <= TOUCHES * across * length)[c : c + d])
     rows = np.concatenate([G[c : c + d][touches], G[c + d :]])
     slides = np.where(np.abs(rates) > TOUCHES * across * float(np.abs(v).max()), rates, 0.0)[c + d :]
-    shares = scene.limits(r.t[-1:], u)[0, :, 1:] if f else np.zeros((0, d))
+    shares = scene.limits(t, u)[0, :, 1:] if f else np.zeros((0, d))
     names = [name for name, _ in scene.coordinates]
-    M = mass(r, -1)
-    free, mobility = (rows @ _compliance(M, held) @ rows.T for held in (G[:0], G[:c]))
-    stuck = np.diag(mobility) <= SINGULAR * np.diag(free)  # by constraints
+    M = mass(r, row)
+    alone, mobility = (rows @ _compliance(M, held) @ rows.T for held in (G[:0], G[:c]))
+    stuck = np.diag(mobility) <= SINGULAR * np.diag(alone)  # by constraints
     mobility[stuck], mobility[:, stuck] = 0.0, 0.0
     return Acting(
         [info.contacts[k] for k in touches],
@@ -150,7 +174,7 @@ def of_scene(r: _Run) -> Acting | None:
         mobility,
         shares[:, touches],
         slides,
-        _without_room(r, G, (-ahead, -speeds), touches.tolist()),
+        _without_room(scene, G, float(np.abs(v).max()), (-ahead, -speeds), touches.tolist()),
     )
 
 
@@ -173,25 +197,25 @@ def _compliance(M: Array, held: Array) -> Array:
     return np.asarray(np.linalg.pinv(whole), dtype=np.float64)[:n, :n]
 
 
-def _without_room(r: _Run, G: Array, ahead: tuple[Array, Array], touches: Sequence[int]) -> str:
+def _without_room(scene: Scene, G: Array, speed: float, ahead: tuple[Array, Array], touches: Sequence[int]) -> str:
     """That contacts leave no room at the end of a step: that no motion keeps all their gaps, or rates, from below 0.
 
-    ahead: gaps, and their rates, without reactions. Contacts with a restitution hold the rates, where they touch.
+    speed: the largest velocity. ahead: gaps, and their rates, without reactions. Contacts with a restitution hold the
+    rates, where they touch.
     """
-    info, c, length = r.scene.info, len(r.scene.info.multipliers), float(r.scene.length)
+    info, c, length = scene.info, len(scene.info.multipliers), float(scene.length)
     held = [k for k, name in enumerate(info.contacts) if name in info.held_gaps]
     bouncing = [k for k in touches if k not in held]
-    speed = float(np.abs(r.v[-1]).max())
     gaps = held, ahead[0], length, "their gaps cannot all be more than 0"
     rates = bouncing, ahead[1], -speed, "the rates of their gaps cannot all be 0 or more"
     for some, values, least, cannot in (gaps, rates):
         weights = _opposed(G, values, c, some, TOUCHES * least) if len(some) > 1 else []
         if weights:
             names = [f"contact '{info.contacts[k]}'" for k in weights]
-            moved = zip(r.scene.coordinates, G[[c + k for k in weights]].T, strict=True)
+            moved = zip(scene.coordinates, G[[c + k for k in weights]].T, strict=True)
             along = ", ".join(name for (name, _), g in moved if g.any())
             return (
-                f"{_listed(names)} leave no room in {along}: {cannot} there; declare contacts that can be open "
+                f"{listed(names)} leave no room in {along}: {cannot} there; declare contacts that can be open "
                 "together, or end the run before"
             )
     return ""
@@ -218,17 +242,27 @@ def _opposed(G: Array, values: Array, c: int, some: Sequence[int], least: float)
     return [k for k, weight in zip(some, found.x[c:], strict=True) if weight > 1e-6]
 
 
-def ending(r: _Run) -> str:
-    """That the mass of a scene without constraints has almost ended in a direction, by its coordinate; else nothing."""
+def ending(r: _Run, *, blown_up: bool) -> str:
+    """That the mass of a scene without constraints has almost ended in a direction, by its coordinate; else nothing.
+
+    It is looked at in the last row, or where a run has blown up, in the last rows before its energy did.
+    """
     if r.scene.info.multipliers or not len(r.u):
         return ""
-    first, last = mass(r, 0), mass(r, -1)
+    first = mass(r, 0)
     scale = np.sqrt(np.diag(first))
-    values, vectors = np.linalg.eigh(last / np.outer(scale, scale))
+    last = len(r.u) - 1
+    if blown_up:
+        beyond = ~(np.abs(r.energy) <= GROWN * float(np.abs(r.energy[0])))
+        last = max(int(np.argmax(beyond)) - 1, 0) if beyond.any() else last
+    rows = range(max(last - BEFORE, 0) if blown_up else last, last + 1)
+    parts = [np.linalg.eigh(mass(r, row) / np.outer(scale, scale)) for row in rows]
+    k = int(np.argmin([x.eigenvalues[0] for x in parts]))
+    values, vectors = parts[k]
     if not values[0] < ENDS:
         return ""
     name = r.scene.coordinates[int(np.argmax(np.abs(vectors[:, 0])))][0]
     return (
-        f"the mass of '{name}' has fallen to {values[0]:.2g} of that at the start, and is about to be singular; choose "
-        "coordinates in which it is not"
+        f"the mass of '{name}' has fallen to {values[0]:.2g} of that at the start at t = {r.t[rows[k]]:.6g} s, and is "
+        "about to be singular; choose coordinates in which it is not"
     )

@@ -50,6 +50,11 @@ def numerical(r: _Run) -> Array:
             f"expected a scene without contacts and friction for the energy that the scheme dissipates, got "
             f"{', '.join(acting)}, which act within a step; r.impacts says what each impact takes"
         )
+    return unaccounted(r)
+
+
+def unaccounted(r: _Run) -> Array:
+    """The energy (n+1,), J, that no power of a response and no law accounts for, from the start on; also of impacts."""
     own = r.energy - _of_scene(r).get("frame", 0.0) + (r.energy_dissipated if "dissipated" in r.memory else 0.0)
     power = sum(r.powers.values(), np.zeros(len(r.t)))
     if len(r.t) < 3:  # as Simpson's rule needs

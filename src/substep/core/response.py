@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 
 from .arrays import Array
 from .exports import Histories, History, to_dataset, to_frame
-from .fighting import Acting, dependent, ending, of_scene, reason
+from .fighting import Acting, ending, known, of_scene, reacts_until, reason
 from .impacts import Impact, Touching, impacts, require_each_step
 from .loads import Load
 from .powers import numerical, powers
 from .state import State
+from .unkept import unkept
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -111,32 +112,33 @@ class Response:
 
     @cached_property
     def failure(self) -> str:
-        """Why the march has no step to t_failed: which contacts, frictions or masses, and the cure; "" where completed.
+        """Why the march has no step to t_failed: which constraints, contacts, frictions or masses, and the cure.
 
-        It is looked for at the last row: see `substep.core.fighting`.
+        "" where it is completed, or stopped for another reason. It is looked for at the last row, and where the step
+        leads from there: see `substep.core.unkept` and `substep.core.fighting`.
         """
         if self.status not in ("newton_failed", "step_too_small", "non_finite") or self.t_failed is None:
             return ""
-        why, repeated = "", self.status == "non_finite"
+        why, blown_up = "", self.status == "non_finite"
         with suppress(np.linalg.LinAlgError):  # of a last row that is beyond all bounds
-            acting = self._acting()
-            why = (acting and (dependent if repeated else reason)(acting)) or ("" if repeated else self._ending())
+            acting = self.acting(-1, self.t_failed)
+            why = self._unkept() or (acting and (known if blown_up else reason)(acting)) or self._ending()
         default = {"newton_failed": "take a smaller step", "step_too_small": "allow a smaller step, or a larger tol"}
         why = why or default.get(self.status, "")
         return why and f"the step to t = {self.t_failed:.6g} s was not solved: {why}"
 
-    def _acting(self) -> Acting | None:
-        """The contacts and frictions in the step that failed; None without any."""
-        return of_scene(self)
+    def acting(self, row: int, end: float) -> Acting | None:
+        """The contacts and frictions in a step from a row to the time `end`, s; None without any."""
+        return of_scene(self, row, end)
+
+    def _unkept(self) -> str:
+        """Which constraints are not kept from the last row on, in words."""
+        assert self.t_failed is not None
+        return unkept(self, reacts_until(self.scheme, float(self.t[-1]), self.t_failed))
 
     def _ending(self) -> str:
         """Which mass is about to be singular, in words."""
-        return ending(self)
-
-    @property
-    def last_memory(self) -> tuple[Array, ...]:
-        """What laws remember in the last row (1, k), as a last argument of the scene's functions."""
-        return self.memory_of_rows(slice(-1, None))
+        return ending(self, blown_up=self.status == "non_finite")
 
     @cached_property
     def jump(self) -> Array:

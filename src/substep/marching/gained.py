@@ -6,12 +6,15 @@ import numpy as np
 
 from ..core.arrays import Array
 from ..core.coefficients import coefficients
+from ..core.fighting import pressed_harder
+from ..core.powers import unaccounted
 from ..core.response import Response
 from ..core.schemes import Scheme
 
 TIMES = 10.0  # the energy at the start, beyond which the one at the end is looked into
 SHORT = 0.05  # omega*dt of the shortest step that is looked at for a stable one
 TRIED = 400
+BESIDE = 0.7  # of the scene's length: how far from the start it is looked at whether energy is conserved
 UNSTABLE = 1.0 + 1e-11  # below which a radius is rounding, where eigenvalues are apart as at SHORT
 
 
@@ -20,9 +23,10 @@ def gained(r: Response, dt: float | None) -> str:
 
     Of a linear oscillator in constant steps, whatever drives it, it is said where the motion at the end holds about ten
     times the energy of the start or more, and the scheme's spectral radius, over these steps, makes so much of any. Of
-    other scenes it is said where nothing drives or damps them, so that their energy is constant, and it has grown to
-    more than ten times that at the start, by more than half of the largest kinetic energy: so that an energy which
-    cancels at the start does not count.
+    other scenes it is said where nothing drives them, and nothing but friction damps them, so that their energy does
+    not grow, and it has grown to more than ten times that at the start, by more than half of the largest kinetic
+    energy: so that an energy which cancels at the start does not count. Friction that presses contacts harder than
+    sliding relieves them, where it has grown most, is named.
     """
     if r.growth <= TIMES or r.status != "completed" or len(r.u) < 2 or r.scene.info.unstrained:
         return ""  # laws with a memory keep an account of their own
@@ -36,13 +40,25 @@ def gained(r: Response, dt: float | None) -> str:
     kinetic = float(np.nanmax(r.energy - r.scene.energy(r.t, r.u, np.zeros_like(r.v))))
     if not (last > TIMES * scale and last - first > 0.5 * kinetic):
         return ""
-    acts = r.scene.info.contacts or r.scene.info.frictions  # whose runs have no such account
-    if r.powers and (acts or not -r.numerical[-1] > 0.5 * (last - first)):  # forces, and what moves, have given it
+    if r.powers and not -unaccounted(r)[-1] > 0.5 * (last - first):  # forces, and what moves, have given it
         return ""
+    kept = "whose friction only takes it" if r.scene.info.frictions else "which conserves it"
+    why = pressing(r, r.energy) or f"{'take a smaller step' if dt else 'take a smaller tol'}, or another scheme"
     return (
-        f"{r.scheme.name} has gained energy on {r.scene.name}, which conserves it: {last:.3g} J at t = {r.t[-1]:.6g} "
-        f"from {first:.3g} J; {'take a smaller step' if dt else 'take a smaller tol'}, or another scheme"
+        f"{r.scheme.name} has gained energy on {r.scene.name}, {kept}: {last:.3g} J at t = {r.t[-1]:.6g} "
+        f"from {first:.3g} J; {why}"
     )
+
+
+def pressing(r: Response, energy: Array) -> str:
+    """Which friction presses which contact harder than sliding relieves it, in the step in which energy has grown most.
+
+    energy (n+1,), J: of the rows. Nothing where none does.
+    """
+    k = int(np.nanargmax(np.diff(energy)))
+    acting = r.acting(k, float(r.t[k + 1]))
+    found = "" if acting is None else pressed_harder(acting)
+    return found and f"in the step to t = {r.t[k + 1]:.6g} s, {found}"
 
 
 def _unstable(r: Response, dt: float) -> str:
@@ -76,17 +92,20 @@ def _radii(scheme: Scheme, Omega: Array, xi: float) -> Array:
 
 
 def _conservative(r: Response) -> bool:
-    """Whether nothing drives the scene or takes energy from it, as far as a state beside the start tells at all times.
+    """Whether nothing drives the scene, and nothing but friction takes energy from it.
 
-    A declared load, or a prescribed motion, shows in the acceleration or in the energy there, a stop that moves in its
-    gap.
+    That is as far as a state beside the start tells at all times: a declared load, or a prescribed motion, shows in the
+    acceleration or in the energy there, a stop that moves in its gap, a belt in the rate at which what rests slides.
     """
-    scene = r.scene
-    if scene.load is not None or (scene.info.damped and not (scene.info.oscillator or scene.info.conserves)):
+    scene, frictions = r.scene, len(r.scene.info.frictions)
+    rubbed = frictions and not hasattr(scene.module, "POWERS")  # by friction alone
+    if scene.load is not None or (scene.info.damped and not (scene.info.oscillator or scene.info.conserves or rubbed)):
         return False
-    u, v = (np.tile(x + scene.length, (len(r.t), 1)) for x in (scene.u0, scene.v0))
+    u, v = (np.tile(x + BESIDE * scene.length, (len(r.t), 1)) for x in (scene.u0, scene.v0))
     memory = np.zeros((len(r.t), len(scene.info.memory)))
     found = [scene.energy(r.t, u, v), *scene.acceleration(r.t, u, v, memory).T]
     if scene.info.contacts:
         found += [*scene.gaps(r.t, u).T]
+    if frictions and scene.drift(r.t, u, np.zeros_like(u))[1][:, -frictions:].any():
+        return False
     return all(bool((x == x[0]).all()) for x in found)

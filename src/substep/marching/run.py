@@ -26,6 +26,7 @@ from ..core.scenes import scene as make_scene
 from ..core.scheme_names import unknown_argument
 from ..core.schemes import Scheme, schemes
 from ..core.state import State, bare, require_coordinates, whose
+from ..core.unkept import staying
 from ..run.clock import AT_ZERO, CHOSEN, Begin, ConstantSteps, Control, steps_of
 from ..run.schemes import numbers_only
 from .adaptive import march_adaptive
@@ -109,9 +110,9 @@ def march(
     Raises ValueError for dt <= 0, for t_end that is not a multiple of dt, for tol <= 0, for both or neither of dt and
     tol, for a scheme whose parameters are arrays or that cannot change its step, and for a load that is not finite. A
     run that fails does not raise: see Response.status. Warns where a completed run of a scene has gained energy that
-    nothing gave it, tenfold or more: on a linear oscillator at an unstable step, on others where they conserve it; and
-    where dt, as one in ms, passes over a whole record or pulse, or over half a period of the load or a loaded
-    oscillator.
+    nothing gave it, tenfold or more: on a linear oscillator at an unstable step, on others where they conserve it,
+    but for friction; where it stays where constraints repeat each other; and where dt, as one in ms, passes over a
+    whole record or pulse, or over half a period of the load or a loaded oscillator.
 
     >>> r = ss.march(ss.scene("linear_oscillator", omega=2 * np.pi), "bathe", dt=0.05, t_end=1.0)
     >>> r.status, r.u.shape
@@ -141,9 +142,10 @@ def march(
 def _warned(r: Response, dt: float | None) -> Response:
     """The response, with a warning where steps pass over what they are to follow, or have gained energy on a scene.
 
-    A structure's march has its own of energy.
+    So it has where a run stays where constraints of a scene repeat each other. A structure's march has its own of
+    energy.
     """
-    said = "" if hasattr(r.scene, "march") else gained(r, dt)
+    said = "" if hasattr(r.scene, "march") or r.status != "completed" else staying(r) or gained(r, dt)
     if said := said or (passed_over(r, dt) if dt else ""):
         warn(said)
     return r

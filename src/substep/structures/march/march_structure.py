@@ -12,11 +12,13 @@ from ...core.progress import shown
 from ...core.response import Status
 from ...core.schemes import Scheme
 from ...core.state import State
+from ...marching.gained import pressing
 from ...run.clock import CHOSEN, Control, steps_of
 from ...run.schemes import numbers_only
 from ..model.given import Dof
 from ..model.model import Model
 from .asked_again import AskedAgain
+from .energies import WARN
 from .event_histories import EventHistories
 from .fixed_steps import FixedSteps
 from .going_on import begun
@@ -155,4 +157,8 @@ def _marched(clock: Clock, kept: Histories | ChosenHistories | EventHistories, p
         error.response = kept.response(status)  # type: ignore[attr-defined]
         error.add_note("what the march had done before is in the attribute `response` of this exception")
         raise
-    return kept.response(status)
+    r = kept.response(status)
+    gained = status == "completed" and r.account is not None and r.account.share < -WARN
+    if gained and r.account is not None and (found := pressing(r, -r.account.numerical)):
+        warn(f"{r.scheme.name} has gained energy: {found}")
+    return r

@@ -11,7 +11,7 @@ import numpy as np
 from ...core.arrays import Array
 from ...core.errors import unknown_name
 from ...core.exports import Histories, History
-from ...core.fighting import TOUCHES, Acting
+from ...core.fighting import TOUCHES, Acting, reacts_until
 from ...core.impacts import Touching
 from ...core.loads import Load
 from ...core.response import Response
@@ -182,17 +182,18 @@ class StructureResponse(Response):
         of_u, rates = np.abs(gap0) + np.fmax(of_u, np.abs(gap - gap0)), v[:, contacts.columns] @ rows
         return Touching(tuple(of), p, gap, rates, of_u, of_v, lost, contacts.remembered)
 
-    def _acting(self) -> Acting | None:
-        """The contacts and frictions in the step that failed, as far as the degrees of freedom were kept."""
+    def acting(self, row: int, end: float) -> Acting | None:
+        """The contacts and frictions in a step from a row to `end`, as far as the degrees of freedom were kept."""
         contacts, found = self.structure.contacts, self._contacts_in_rows()
-        if not isinstance(contacts, Contacts) or found is None or self.t_failed is None:
+        if not isinstance(contacts, Contacts) or found is None:
             return None
         if contacts.remembered and not contacts.sliding.any():  # gaps alone always have reactions
             return None
-        d, h, named = len(found.contacts), self.t_failed - float(self.t[-1]), self.structure.named
-        ahead = np.fmin(found.gaps[-1], found.gaps[-1] + h * found.rates[-1])
+        d, named, begin = len(found.contacts), self.structure.named, float(self.t[row])
+        h = reacts_until(self.scheme, begin, end) - begin
+        ahead = np.fmin(found.gaps[row], found.gaps[row] + h * found.rates[row])
         touches = np.flatnonzero(ahead <= TOUCHES * found.u_parts.max(axis=0))
-        v = self._free(self.v)[-1][contacts.columns]
+        v = self._free(self.v)[row][contacts.columns]
         rates = contacts.rows[d:] @ v
         slides = np.where(np.abs(rates) > TOUCHES * (np.abs(contacts.rows[d:]) @ np.abs(v)), rates, 0.0)
         at = [*touches.tolist(), *range(d, contacts.size)]
@@ -202,6 +203,9 @@ class StructureResponse(Response):
             [", ".join(named(int(contacts.columns[j])) for j in np.flatnonzero(contacts.rows[k])) for k in touches],
             mobility[np.ix_(at, at)], contacts.shares[:, touches], slides,
         )  # fmt: skip
+
+    def _unkept(self) -> str:
+        return ""
 
     def _ending(self) -> str:
         return ""
