@@ -67,7 +67,7 @@ def test_a_constraint_alone_is_named() -> None:
 
 
 @pytest.mark.usefixtures("uncompiled")
-@pytest.mark.parametrize(("name", "dt"), [("generalized_alpha", 0.1), ("bathe", 0.25), ("central_difference", 0.25)])
+@pytest.mark.parametrize(("name", "dt"), [("average_acceleration", 0.1), ("bathe", 0.1), ("houbolt", 0.1)])
 def test_a_constraint_that_holds_no_direction_is_named(name: str, dt: float) -> None:
     r = ss.march(ss.scene(SLOT), name, dt=dt, t_end=2.0)
     assert r.status == "newton_failed"
@@ -75,7 +75,7 @@ def test_a_constraint_that_holds_no_direction_is_named(name: str, dt: float) -> 
 
 
 @pytest.mark.usefixtures("uncompiled")
-@pytest.mark.parametrize(("name", "dt"), [("average_acceleration", 0.1), ("generalized_alpha", 0.01)])
+@pytest.mark.parametrize(("name", "dt"), [("bdf2", 0.25), ("backward_euler", 0.05)])
 def test_a_completed_run_that_stays_where_a_constraint_holds_no_direction_is_warned_of(name: str, dt: float) -> None:
     with pytest.warns(UserWarning, match="slot: constraint 'slot' holds no direction from t = 1"):
         r = ss.march(ss.scene(SLOT), name, dt=dt, t_end=2.0)

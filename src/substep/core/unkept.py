@@ -59,7 +59,7 @@ class _Directions:
 
     def least(self, t: Array, u: Array) -> Array:
         """Their least singular values (k,), of that at the start."""
-        return np.asarray(np.linalg.svd(self.at(t, u), compute_uv=False)[:, -1] / self.first, dtype=np.float64)
+        return _least(self.at(t, u)) / self.first
 
     def reached(self, t: float, u: Array) -> _Reached:
         """From u (n,) at the time t to the nearest displacement at which no other leaves less of the constraints."""
@@ -77,6 +77,13 @@ class _Directions:
         found: Array = solve(left, u, slopes, method="dogbox", max_nfev=200, **end).x
         shares, values, _ = np.linalg.svd(slopes(found))
         return _Reached(t, found, left(found), float(values[-1]) / self.first, shares[:, -1])
+
+
+def _least(directions: Array) -> Array:
+    """The least singular values (k,) of directions (k, c, n)."""
+    if directions.shape[1] == 1:
+        return np.linalg.norm(directions[:, 0], axis=-1)
+    return np.asarray(np.linalg.svd(directions, compute_uv=False)[:, -1], dtype=np.float64)
 
 
 def unkept(r: _Run, end: float) -> str:
@@ -125,16 +132,19 @@ def staying(r: _Run) -> str:
     Of at most 64 of its rows, evenly apart, two in a row are then such: a motion that passes over the place leaves one
     at most. What u and v are from there on is nothing that the equations of motion say.
     """
-    if not r.scene.info.multipliers or len(r.u) < 2:
+    names = r.scene.info.multipliers
+    if not names or len(r.u) < 2:
         return ""
-    rows = np.unique(np.linspace(0, len(r.u) - 1, min(ROWS, len(r.u))).astype(int))
-    of, t, u = _Directions(r), r.t[rows], np.asarray(r.u)[rows]
-    lost = of.least(t, u) < NEARLY
+    rows = np.linspace(0, len(r.u) - 1, min(ROWS, len(r.u))).astype(int)
+    t, u = r.t[rows], np.asarray(r.u)[rows]
+    directions = r.scene.directions(t, u)[:, : len(names)]
+    directions = directions / np.linalg.norm(directions[0], axis=1)[:, None]
+    least = _least(directions)
+    lost = least < NEARLY * least[0]
     if not (both := lost[1:] & lost[:-1]).any():
         return ""
     k = int(np.argmax(both))
-    shares = np.linalg.svd(of.at(t[k : k + 1], u[k : k + 1])[0])[0][:, -1]
-    return f"{r.scene.name}: {_repeated(of.names, shares, f'from t = {t[k]:.6g} s on')}"
+    return f"{r.scene.name}: {_repeated(names, np.linalg.svd(directions[k])[0][:, -1], f'from t = {t[k]:.6g} s on')}"
 
 
 def _repeated(names: Sequence[str], shares: Array, when: str) -> str:
