@@ -90,7 +90,7 @@ class Scene:
         u0, v0, a0 = (x[where] if x.ndim > 1 else x for x in (self.u0, self.v0, self.a0))
         return replace(self, parameters=values, u0=u0, v0=v0, a0=a0, load=load)
 
-    @property
+    @cached_property
     def memory0(self) -> Array:
         """What its laws remember (k,), of lanes (P, k), at t = 0; then its reactions.
 
@@ -106,6 +106,7 @@ class Scene:
             found[..., laws + c :] = constraints.pressures(self, t, self.u0, self.v0, found)
         if c:
             found[..., laws : laws + c] = self.multipliers(t, self.u0, self.v0, found)
+        found.flags.writeable = False
         return found
 
     def committed(self, u: Array, memory: Array, elapsed: ArrayLike = 0.0) -> Array:
