@@ -266,6 +266,8 @@ def test_an_incremental_analysis_scales_records_until_they_collapse() -> None:
     [
         ("expected a list of records", {"records": motion()}),
         ("expected a list of records", {"records": []}),
+        ("expected a list of records", {"records": 5}),
+        ("records that move an oscillator, to be scaled, got record 2 of 2", {"records": [motion(), 0.0 * motion()]}),
         ("expected intensity > 0, got -1", {"intensity": [1.0, -1.0]}),
         ("expected strength > 0, got 0", {"strength": 0.0}),
         ("expected strength as one number or 1", {"strength": [1.0, 2.0]}),

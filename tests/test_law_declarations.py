@@ -16,7 +16,7 @@ from substep_derive.declare.laws.viscous import power_damper
 from substep_derive.declare.scenes.hysteretic import hysteretic_oscillator
 from substep_derive.kernels.body import Body
 from substep_derive.motion.equations import EquationsOfMotion
-from sympy import Abs, Eq, Integer, Interval, Max, Min, Piecewise, Rational, Symbol, sign
+from sympy import Abs, Eq, Heaviside, Integer, Interval, Max, Min, Piecewise, Rational, Symbol, floor, sign
 
 import substep as ss
 from substep.core import laws
@@ -88,6 +88,9 @@ def own(**said: Any) -> Law:
         ({"update": {p: Eq(e, 1)}}, r"update of p as an expression, got Eq\(e, 1\)"),
         ({"force": float("inf") * e}, "force of a law that is finite"),
         ({"force": Piecewise((k * e, e > 0))}, "a value everywhere"),
+        ({"force": k * floor(e)}, r"in the force real functions that compiled kernels have, .*got floor\(e\)"),
+        ({"update": {p: Heaviside(e)}}, r"in the update of p real functions .*got Heaviside\(e\)"),
+        ({"parameters": (required(k), required(Symbol("law")))}, "parameter whose name is free, got 'law'"),
     ],
 )
 def test_what_defines_no_law_is_refused(said: Any, match: str) -> None:
@@ -234,6 +237,13 @@ def test_branches_of_a_law_are_differentiated_as_those_of_a_scene() -> None:
         ss.law(Law("jumps", one, k * sign(e)), k=c)
 
 
+def test_corners_in_the_other_order_leave_no_part_between_them() -> None:
+    """Of k_2 up to e_2, where e_2 is before e_1: k goes up to e_1, and k_3 beyond."""
+    x = np.linspace(-0.5, 0.5, 41)
+    straight = ss.law("multilinear", k=10.0, e_1=0.2, k_2=2.0, e_2=0.1, k_3=5.0).evaluate(x)
+    assert np.allclose(straight.force, 5.0 * x + 5.0 * np.clip(x, -0.2, 0.2))
+
+
 def test_what_no_law_is_asked_is_refused() -> None:
     steel = ss.law("bilinear", k=1.0, q_y=1.0)
     with pytest.raises(ValueError, match=r"memory of bilinear with the shape \(2, 2\), .* got \(1, 2\)"):
@@ -250,6 +260,8 @@ def test_what_no_law_is_asked_is_refused() -> None:
             of_time.loop([0.0, 1.0])
     with pytest.raises(ValueError, match="a name or a declaration with parameters, got Law"):
         ss.law(steel, k=7.0)
+    with pytest.raises(ValueError, match=r"k of linear as a number or a row of them, .*got shape \(2, 2\)"):
+        ss.law("linear", k=np.ones((2, 2)))
     with pytest.raises(ValueError, match="a law by name, linear.* got 3"):
         ss.law(3)  # pyright: ignore[reportArgumentType]
     with pytest.raises(ValueError, match="each degree of freedom once in a row of B, got 0 again"):

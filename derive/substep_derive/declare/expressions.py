@@ -3,10 +3,18 @@
 from collections.abc import Mapping
 from typing import Any, cast
 
-from sympy import Expr, Piecewise, S, Symbol, SympifyError, sympify, true
+import sympy
+from sympy import Expr, Max, Min, Piecewise, S, Symbol, SympifyError, preorder_traversal, sympify, true
 
 from .errors import DeclarationError
 
+FUNCTIONS = ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "asin", "acos", "atan")
+SYMPY: Any = sympy
+IN_KERNELS: tuple[Any, ...] = (
+    SYMPY.Add, SYMPY.Mul, SYMPY.Pow, Symbol, SYMPY.Number, SYMPY.NumberSymbol, SYMPY.Abs, SYMPY.sign, Max, Min,
+    Piecewise, SYMPY.functions.elementary.piecewise.ExprCondPair, SYMPY.logic.boolalg.Boolean,
+    *(getattr(SYMPY, name) for name in FUNCTIONS),
+)  # fmt: skip
 NOT_FINITE = (S.NaN, S.Infinity, S.NegativeInfinity, S.ComplexInfinity)
 
 
@@ -41,4 +49,19 @@ def require_mapping(owner: str, what: str, given: Any, kind: type, of: str = "ex
         names, example = ("symbols", "{x: ...} of x = Symbol('x')") if kind is Symbol else ("names", "{'name': ...}")
         raise DeclarationError(
             f"{owner}: expected {what} as a mapping from {names} to {of}, got {wrong[0]!r}; write {example}"
+        )
+
+
+def require_known(owner: str, what: str, expression: Expr, allowed: set[Symbol]) -> None:
+    """Raises DeclarationError for an expression with other symbols, or with functions that kernels do not have."""
+    if unknown := sorted(expression.free_symbols - allowed, key=str):
+        raise DeclarationError(
+            f"{owner}: the {what} holds '{unknown[0]}', expected only "
+            f"{', '.join(sorted(map(str, allowed))) or 'numbers'}; declare it or correct the name"
+        )
+    parts = (e for e in preorder_traversal(expression) if "substep_derive" not in str(type(e).__module__))
+    if (odd := next((e for e in parts if not isinstance(e, IN_KERNELS)), None)) is not None:
+        raise DeclarationError(
+            f"{owner}: expected in the {what} real functions that compiled kernels have, {', '.join(FUNCTIONS)}, "
+            f"abs, sign, Max, Min and Piecewise, got {odd}; write it by these, as by an expansion"
         )

@@ -12,7 +12,7 @@ from sympy import Expr, S, Symbol
 
 from .branches import by_branch
 from .errors import DeclarationError
-from .expressions import expression, require_mapping
+from .expressions import expression, require_known, require_mapping
 from .names import check_law
 from .parameter import Parameter, require_parameters
 from .symbols import rate
@@ -72,11 +72,11 @@ class Law:
             )
         known = values | memory | {e}
         for s in self.memory:
-            self._known(f"start of {s}", self.memory[s], values)
-            self._known(f"update of {s}", self.update[s], known | {elapsed})
-        self._known("force", self.force, known | {e_dot})
-        self._known("stored energy", self.stored, known)
-        self._known("dissipated energy", self.dissipated, known | set(map(before, memory)) | {elapsed})
+            require_known(self.name, f"start of {s}", self.memory[s], values)
+            require_known(self.name, f"update of {s}", self.update[s], known | {elapsed})
+        require_known(self.name, "force", self.force, known | {e_dot})
+        require_known(self.name, "stored energy", self.stored, known)
+        require_known(self.name, "dissipated energy", self.dissipated, known | set(map(before, memory)) | {elapsed})
         if self.force.has(e_dot) and self.dissipated != 0:
             raise DeclarationError(
                 f"{self.name}: expected no account of what a force of the rate dissipates, got {self.dissipated}; "
@@ -85,13 +85,6 @@ class Law:
 
     def __hash__(self) -> int:
         return hash((self.name, self.force, self.parameters))
-
-    def _known(self, what: str, expression: Expr, allowed: set[Symbol]) -> None:
-        if unknown := sorted(expression.free_symbols - allowed, key=str):
-            raise DeclarationError(
-                f"{self.name}: the {what} holds '{unknown[0]}', expected only "
-                f"{', '.join(sorted(map(str, allowed)))}; declare it or correct the name"
-            )
 
     @property
     def start(self) -> Mapping[Symbol, Expr]:

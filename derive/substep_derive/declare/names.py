@@ -158,7 +158,8 @@ def check_law(law: str, parameters: Iterable[Symbol], memory: Iterable[Symbol]) 
     for what, names in (("parameter", values), ("memory", kept)):
         for name in names:
             _check_identifier(law, what, name)
-            if name in _CALLS or (what == "memory" and (name in _SCENE_FUNCTIONS | set("uva") or name.endswith("_"))):
+            of_scenes = name in _SCENE_FUNCTIONS | set("uva") or name.endswith("_")
+            if name in _CALLS | {"law"} or (what == "memory" and of_scenes):
                 raise _taken(law, what, name)
     _check_distinct(law, [*values, *kept, "e", "e_dot", "elapsed", "dissipated"])
 

@@ -161,7 +161,10 @@ class Scene:
 
     @property
     def impulsive(self) -> bool:
-        """Whether the acceleration that a scheme keeps for its next step is without that of the reactions."""
+        """Whether the acceleration that a scheme keeps for its next step is without that of contacts and frictions.
+
+        Of constraints it is then that of their multipliers by the equations of motion, which impacts are not in.
+        """
         return bool(self.frictions) or any(not contact.remembered for contact in self.contacts.values())
 
     @property

@@ -6,11 +6,11 @@ Every check raises `DeclarationError`, which names the scene, the expression at 
 from collections.abc import Iterable, Mapping
 from typing import Any, Protocol
 
-import sympy
-from sympy import Expr, Interval, Matrix, Max, Min, Piecewise, Rational, Symbol, eye, preorder_traversal
+from sympy import Expr, Interval, Matrix, Max, Min, Piecewise, Rational, Symbol, eye
 
 from .branches import larger, slope, smaller, where_at_least
 from .errors import DeclarationError
+from .expressions import require_known
 from .law import Element
 from .names import check_scene
 from .parameter import NOT_NEGATIVE, Parameter, signed
@@ -19,13 +19,6 @@ from .symbols import sampled, t
 
 TINY = Rational(1, 10**20)
 MOST = 4  # coordinates of a mass matrix that is not constant, whose inverse is written out in symbols
-FUNCTIONS = ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "asin", "acos", "atan")
-SYMPY: Any = sympy
-IN_KERNELS: tuple[Any, ...] = (
-    SYMPY.Add, SYMPY.Mul, SYMPY.Pow, Symbol, SYMPY.Number, SYMPY.NumberSymbol, SYMPY.Abs, SYMPY.sign, Max, Min,
-    Piecewise, SYMPY.functions.elementary.piecewise.ExprCondPair, SYMPY.logic.boolalg.Boolean,
-    *(getattr(SYMPY, name) for name in FUNCTIONS),
-)  # fmt: skip
 TRIED = (Rational(2, 3), Rational(-5, 7), Rational(9, 4))  # values of rates at which a dissipation is looked at
 
 
@@ -95,13 +88,13 @@ def check(scene: _Declared) -> None:
 def _symbols(scene: _Declared) -> None:
     values = {p.symbol for p in scene.parameters}
     q, v = set(scene.coordinates), set(scene.rates)
-    _known(scene, "kinetic energy", scene.kinetic, values | q | v | {t})
-    _known(scene, "potential", scene.potential, values | q | set(scene.invariants) | {t})
-    _known(scene, "dissipation", scene.dissipation, values | q | v)
+    require_known(scene.name, "kinetic energy", scene.kinetic, values | q | v | {t})
+    require_known(scene.name, "potential", scene.potential, values | q | set(scene.invariants) | {t})
+    require_known(scene.name, "dissipation", scene.dissipation, values | q | v)
     for name, element in scene.laws.items():
-        _known(scene, f"elongation of {name}", element.elongation, values | q)
+        require_known(scene.name, f"elongation of {name}", element.elongation, values | q)
         for what, value in element.values.items():
-            _known(scene, f"{what} of {name}", value, values)
+            require_known(scene.name, f"{what} of {name}", value, values)
     _reactions(scene, values, q, v)
     _bounded(scene, values)
     for what, given in (("forces", scene.forces), ("load", scene.load)):
@@ -116,21 +109,21 @@ def _symbols(scene: _Declared) -> None:
                 f"{scene.name}: the force on {symbol} holds the acceleration '{moved[0]}', expected coordinates, rates "
                 "and t alone; write a mass that moves with them into the kinetic energy"
             )
-        _known(scene, f"force on {symbol}", force, values | q | v | {t})
+        require_known(scene.name, f"force on {symbol}", force, values | q | v | {t})
     for symbol, force in scene.load.items():
-        _known(scene, f"load on {symbol}", force, values | {t, sampled})
+        require_known(scene.name, f"load on {symbol}", force, values | {t, sampled})
     _start(scene, values)
     for name, e in scene.outputs.items():
-        _known(scene, f"output {name}", e, values | q | v | set(scene.invariants) | {t})
+        require_known(scene.name, f"output {name}", e, values | q | v | set(scene.invariants) | {t})
 
 
 def _start(scene: _Declared, values: set[Symbol]) -> None:
     """That the start says everything, and nothing of what there is not, and numbers that depend on parameters alone."""
     for symbol, e in scene.start.items():
-        _known(scene, f"start of {symbol}", e, values)
+        require_known(scene.name, f"start of {symbol}", e, values)
     for name, e in (("length", scene.length), ("energy scale", scene.energy_scale)):
         if e is not None:
-            _known(scene, name, e, values)
+            require_known(scene.name, name, e, values)
     if missing := [s for s in (*scene.coordinates, *scene.rates) if s not in scene.start]:
         raise DeclarationError(f"{scene.name}: start says nothing of {missing[0]}; give start={{{missing[0]}: ...}}")
     some = {*scene.coordinates, *scene.rates, *scene.accelerations}
@@ -148,7 +141,7 @@ def _reactions(scene: _Declared, values: set[Symbol], q: set[Symbol], v: set[Sym
     held += [(f"contact {name}", x.gap, "0 at contact and positive before", none) for name, x in scene.contacts.items()]
     held += [(f"friction {name}", x.along, "what slides", none) for name, x in scene.frictions.items()]
     for what, g, value, rates in held:
-        _known(scene, what, g, values | q | set(scene.invariants) | {t} | rates)
+        require_known(scene.name, what, g, values | q | set(scene.invariants) | {t} | rates)
         if any(g.diff(a, b).expand() != 0 for a in rates for b in rates):
             raise DeclarationError(
                 f"{scene.name}: expected {what} to be linear in {', '.join(sorted(map(str, v)))}, got {g}; a reaction "
@@ -165,7 +158,7 @@ def _bounded(scene: _Declared, values: set[Symbol]) -> None:
     pressures = set(map(Symbol, scene.contacts))
     for name, friction in scene.frictions.items():
         allowed = values | pressures | set(scene.coordinates) | set(scene.invariants) | {t}
-        _known(scene, f"limit of friction {name}", friction.limit, allowed)
+        require_known(scene.name, f"limit of friction {name}", friction.limit, allowed)
         if friction.limit != 0 and signed(friction.limit, scene.parameters).is_nonpositive:
             raise DeclarationError(
                 f"{scene.name}: expected a limit of friction {name} that is not negative, got {friction.limit}; it is "
@@ -179,7 +172,7 @@ def _bounded(scene: _Declared, values: set[Symbol]) -> None:
     for name, contact in scene.contacts.items():
         e = contact.restitution
         if e is not None:
-            _known(scene, f"restitution of contact {name}", e, values)
+            require_known(scene.name, f"restitution of contact {name}", e, values)
         if e is not None and contact.remembered:
             raise DeclarationError(
                 f"{scene.name}: expected contact {name} to have a restitution or to be remembered, got both; an "
@@ -205,20 +198,6 @@ def _is_share(scene: _Declared, e: Expr) -> bool:
         return of[e].domain.is_subset(share) is True
     at = e.subs({s: p.default for s, p in of.items() if isinstance(p.default, Expr)})
     return not at.is_number or share.contains(at) == True  # noqa: E712 (of SymPy)
-
-
-def _known(scene: _Declared, what: str, expression: Expr, allowed: set[Symbol]) -> None:
-    if unknown := sorted(expression.free_symbols - allowed, key=str):
-        raise DeclarationError(
-            f"{scene.name}: the {what} holds '{unknown[0]}', expected only "
-            f"{', '.join(sorted(map(str, allowed))) or 'numbers'}; declare it or correct the name"
-        )
-    parts = (e for e in preorder_traversal(expression) if "substep_derive" not in str(type(e).__module__))
-    if (odd := next((e for e in parts if not isinstance(e, IN_KERNELS)), None)) is not None:
-        raise DeclarationError(
-            f"{scene.name}: expected in the {what} real functions that compiled kernels have, {', '.join(FUNCTIONS)}, "
-            f"abs, sign, Max, Min and Piecewise, got {odd}; write it by these, as by an expansion"
-        )
 
 
 def _kinetic(scene: _Declared) -> None:

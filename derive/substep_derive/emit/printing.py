@@ -10,7 +10,7 @@ from sympy import Expr, Float, Rational, Symbol, count_ops
 from sympy.printing.pycode import PythonCodePrinter
 
 from ..algebra import rational
-from ..declare.scene_checks import FUNCTIONS
+from ..declare.expressions import FUNCTIONS
 from .templates.scheme import BANNER
 
 WHOLE = 2**53  # whole numbers up to this one are doubles

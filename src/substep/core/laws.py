@@ -177,6 +177,8 @@ def law(name: str | Law | LawDeclaration, **parameters: ArrayLike) -> Law:
         value = info.inside(
             what, real_array(what, parameters[key] if key in parameters else info.default_of(label, values))
         )
+        if value.ndim > 1:
+            raise ValueError(f"expected {what} as a number or a row of them, one a spring, got shape {value.shape}")
         values[key] = value if value.ndim else float(value)
     return Law(label, module, MappingProxyType(values), name)
 

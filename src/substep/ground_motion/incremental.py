@@ -94,6 +94,11 @@ def incremental_dynamic_analysis(
             elastic = (
                 omega**2 * peaks_at_samples(s, omega, np.full(len(T), float(damping)), load, errors=False).found[0]
             )
+            if measure == "S_a" and (still := elastic == 0.0).any():
+                raise ValueError(
+                    f"expected records that move an oscillator, to be scaled, got record {r + 1} of {len(loads)} under "
+                    f"which one of T = {T[int(np.argmax(still))]:g} s stays at rest; leave it out"
+                )
             with np.errstate(divide="ignore"):
                 scale[r] = levels if measure == "scale" else levels / elastic[:, None]
             S_a[r] = elastic[:, None] * scale[r]
@@ -143,7 +148,8 @@ def _records(
     records: Sequence[ArrayLike | str | Path | Record], dt: float | None, unit: str | float | None
 ) -> list[Record]:
     """Each record in m/s^2; raises ValueError for none, or for one alone in place of a list."""
-    if isinstance(records, str | Path | Record) or not len(records) or isinstance(records[0], float | int):
+    alone = isinstance(records, str | Path | Record) or not hasattr(records, "__len__")
+    if alone or not len(records) or isinstance(records[0], float | int):
         raise ValueError("expected a list of records, got one alone or none; write [record]")
     return [record_of(record, None if isinstance(record, Record) else dt, unit) for record in records]
 

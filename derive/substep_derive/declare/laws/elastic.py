@@ -2,12 +2,13 @@
 
 from sympy import Symbol
 
-from ..branches import clip
+from ..branches import clip, larger
 from ..law import Law, e
 from ..scene import required
 
 k, k_2, k_3, e_1, e_2 = (Symbol(name) for name in ("k", "k_2", "k_3", "e_1", "e_2"))
-first, second = clip(e, -e_1, e_1), clip(e, -e_2, e_2)
+last = larger(e_1, e_2)  # without a part of k_2 where e_2 is the smaller
+first, second = clip(e, -e_1, e_1), clip(e, -last, last)
 
 linear = Law(
     "linear",
