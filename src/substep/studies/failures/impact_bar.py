@@ -32,7 +32,7 @@ LENGTH, SOUND, SPEED, GAP = 10.0, 30.0, 10.0, 5.0
 E0, PRESSURE = 500.0, 300.0  # the energy at the start, and the pressure in the exact motion
 SPAN, HELD = 1.25, (0.05, 0.6)  # s, of a run, and from and to when after the impact the pressure is looked at
 GAINS = 1e-6  # of E0: what is less is rounding
-QUICK_SIZE, FULL_SIZE = (12, 8), (100, 32)  # elements and phases
+QUICK_SIZE, FULL_SIZE = (12, 32), (100, 32)  # elements and phases
 
 
 @dataclass(frozen=True)
