@@ -94,3 +94,10 @@ def test_modes_and_steps_of_tol_keep_the_same_account(damping: str) -> None:
     chosen = ss.march(s, "esdirk43", tol=1e-3, t_end=2.0).account
     assert chosen is not None
     assert np.abs(chosen.residual).max() > 10.0 * np.abs(chosen.numerical).max()
+
+
+@pytest.mark.parametrize("name", ["powers", "numerical"])
+def test_what_a_scene_has_in_its_place_is_said(name: str) -> None:
+    r = ss.march(stiff(), "bathe", dt=0.05, t_end=0.5)
+    with pytest.raises(AttributeError, match="a response of a scene .* one of a structure; r.account has the work"):
+        getattr(r, name)

@@ -36,6 +36,7 @@ class _Run(Protocol):
 
 def powers(r: _Run) -> Mapping[str, Array]:
     """See `Response.powers`."""
+    _require_scene(r)
     found = {name: x for name, x in _of_scene(r).items() if name != "frame"}
     if names := r.scene.info.multipliers:
         along = np.einsum("ncd,nd->nc", r.scene.directions(r.t, r.u)[:, : len(names)], r.v)
@@ -45,6 +46,7 @@ def powers(r: _Run) -> Mapping[str, Array]:
 
 def numerical(r: _Run) -> Array:
     """See `Response.numerical`."""
+    _require_scene(r)
     if acting := (*r.scene.info.contacts, *r.scene.info.frictions):
         raise ValueError(
             f"expected a scene without contacts and friction for the energy that the scheme dissipates, got "
@@ -61,6 +63,15 @@ def unaccounted(r: _Run) -> Array:
         return own[0] - own + np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * np.diff(r.t))])
     integrate: Any = import_module("scipy.integrate")  # slow to import
     return own[0] - own + np.asarray(integrate.cumulative_simpson(power, x=r.t, initial=0.0))
+
+
+def _require_scene(r: _Run) -> None:
+    """Raises AttributeError for a response of a structure."""
+    if not hasattr(r.scene, "powers"):
+        raise AttributeError(
+            "expected a response of a scene for powers and what the scheme has dissipated, got one of a structure; "
+            "r.account has the work of its loads, what is damped, and `numerical`"
+        )
 
 
 def _of_scene(r: _Run) -> dict[str, Array]:
