@@ -49,6 +49,9 @@ lint: $(TOOLS)
 	$(BIN)/ruff check . && $(BIN)/ruff format --check .
 	$(BIN)/pyright
 
+# one thread of linear algebra for each of pytest's workers: others would spin while they wait for the cores of these
+test verify: export OPENBLAS_NUM_THREADS = 1
+
 test: lint
 	$(BIN)/pytest
 
