@@ -181,9 +181,9 @@ def _larger_first(rows: list[list[Expr]], k: int, i: int, mark: str) -> Assignme
         a, b = above[j], below[j]
         if a == b == 0:
             continue
-        above[j], below[j] = Symbol(f"above_{k}_{i}_{j}{mark}"), Symbol(f"below_{k}_{i}_{j}{mark}")
-        found.append((above[j], Piecewise((b, exchanged), (a, True))))
-        found.append((below[j], Piecewise((a, exchanged), (b, True))))
+        names = [Symbol(f"{row}_{k}_{i}_{j}{mark}") for row in ("above", "below")]
+        above[j], below[j] = names
+        found += zip(names, (Piecewise((b, exchanged), (a, True)), Piecewise((a, exchanged), (b, True))), strict=True)
     return found
 
 
