@@ -301,6 +301,15 @@ def _dependence(names: Sequence[str], G: Array, rows: Array, off: Array, scales:
     )
 
 
+def corrections(scene: _Held, t: float, u: Array, v: Array) -> Array:
+    """The least changes (n, 2) of u and of v (n,), measured by the mass, that keep constraints, of u to first order."""
+    c = len(scene.info.multipliers)
+    (x,), (rate,), _ = scene.drift(np.array([t]), u[None], v[None])
+    matrix, right = _scaled(scene, t, u, v), np.zeros((len(u) + c, 2))
+    right[-c:] = -np.array([x[:c], rate[:c]]).T
+    return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0], dtype=np.float64)[: len(u)]
+
+
 def nearest(scene: _Held, t: float, u: Array, v: Array) -> tuple[Array, Array]:
     """u, v (n,) moved onto the constraints by as little as possible, measured by the mass.
 
@@ -311,11 +320,7 @@ def nearest(scene: _Held, t: float, u: Array, v: Array) -> tuple[Array, Array]:
         return u, v
     c, change = len(names), np.zeros((len(u), 2))
     for _ in range(MOST):
-        at = np.array([t]), u[None], v[None]
-        (x,), (rate,), _ = scene.drift(*at)
-        matrix, right = _scaled(scene, t, u, v), np.zeros((len(u) + c, 2))
-        right[-c:] = -np.array([x[:c], rate[:c]]).T
-        change = np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0], dtype=np.float64)[: len(u)]
+        change = corrections(scene, t, u, v)
         if np.abs(change[:, 0]).max() <= 1e-15 * float(scene.length):
             break
         u = u + change[:, 0]

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.arrays import Array
+from ..core.constraints import corrections
 from ..core.loads import break_points, is_known, one_sided
 from ..core.response import Response
 from ..core.scenes import Scene
@@ -123,10 +124,7 @@ class OfScene(Reacting):
 
     def onto_constraints(self, at: Stand) -> Array:
         """See `Reacting.onto_constraints`."""
-        t, u, v, c = np.array([at.t]), at.u[None], at.v[None], self.reacts.start
-        matrix, rates = self.scene.constrained(t, u, v)[0], self.scene.drift(t, u, v)[1][0, :c]
-        right = np.concatenate([np.zeros(len(at.u)), -rates])
-        return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0][: len(at.u)], dtype=np.float64)
+        return corrections(self.scene, at.t, at.u, at.v)[:, 1]
 
 
 @dataclass(frozen=True)
