@@ -110,6 +110,28 @@ def bathe(p: Rods, h: float, state: tuple[Array, ...], *, both: bool = False) ->
     return (*at(x), x[:d], x[d : d + c])
 
 
+def runge_kutta(p: Rods, h: float, state: tuple[Array, ...], table: list[list[float]]) -> tuple[Array, ...]:
+    """Stages of which the last is the end of the step, each with accelerations and multipliers of its own."""
+    (u, v, a, old), A = state, np.array(table)
+    s, d, c = len(A), len(u), len(old)
+
+    def at(z: Array) -> tuple[Array, Array]:
+        speeds = v + h * A @ z.reshape(s, d)
+        return u + h * A @ speeds, speeds
+
+    def F(x: Array) -> Array:
+        z, multipliers = x[: s * d], x[s * d :].reshape(s, c)
+        rest = [
+            p.masses * z[k * d : (k + 1) * d] - p.force(*both) + p.reaction(both[0], multipliers[k])
+            for k, both in enumerate(zip(*at(z), strict=True))
+        ]
+        return np.concatenate([*rest, *(p.g(place) / h**2 for place in at(z)[0])])
+
+    x = root(F, np.concatenate([*[a] * s, *[old] * s]))
+    places, speeds = at(x[: s * d])
+    return places[-1], speeds[-1], x[(s - 1) * d : s * d], x[-c:]
+
+
 def shake(p: Rods, h: float, before: Array, u: Array) -> tuple[Array, Array]:
     """The displacement after u, with g = 0, and the multipliers at u: Ryckaert, Ciccotti & Berendsen (1977)."""
     free = 2 * u - before + h**2 * p.force(u, u) / p.masses

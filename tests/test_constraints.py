@@ -28,15 +28,25 @@ DRIFTING = {name for name in ss.schemes() if "u at the ends of steps is not held
 RADII = {name: ss.scheme(name).rho_inf for name in ss.schemes() if name not in NOT_PRESCRIBED}
 GROWING = {name: f"{rho:.4g}" for name, rho in RADII.items() if rho is not None and 1 < rho < np.inf}
 TOGETHER = {name for name in ss.schemes() if ss.scheme(name).info.together}
-REFUSED = EXPLICIT | DRIFTING | GROWING.keys() | NOT_PRESCRIBED.keys() | TOGETHER
-TAKEN = [name for name in ss.schemes() if name not in REFUSED]  # with contacts too
+REFUSED = EXPLICIT | DRIFTING | GROWING.keys() | NOT_PRESCRIBED.keys()
+TAKEN = [name for name in ss.schemes() if name not in REFUSED | TOGETHER]  # with contacts too
+HELD_TOGETHER = [name for name in ss.schemes() if name in TOGETHER - REFUSED]
+SLIDING = [*TAKEN, *HELD_TOGETHER]  # with friction
 # explicit schemes hold constraints a displacement later, and no contacts
 UNHELD = {"forward_euler", "central_difference_lagged", "kim_two_stage", "gsse"}
 NEXT = [name for name in ss.schemes() if name in EXPLICIT - UNHELD - NOT_PRESCRIBED.keys()]
-ONE_OF_EACH = ("newmark", "bathe", "generalized_alpha", "hht_alpha_mixed_displacement", "bdf2", "energy_momentum")
+ONE_OF_EACH = (
+    "newmark",
+    "bathe",
+    "generalized_alpha",
+    "hht_alpha_mixed_displacement",
+    "bdf2",
+    "energy_momentum",
+    "radau_iia2",
+)
 AT_THE_MEAN = ("energy_momentum", "hht_alpha_mixed_displacement", "generalized_alpha_mixed_displacement")
 BEFORE = ("chung_lee", "explicit_generalized_alpha")  # their reaction is that at the start of a step
-CHOSEN = [*TAKEN, *NEXT] if VERIFY else [name for name in TAKEN if name in ONE_OF_EACH]
+CHOSEN = [name for name in (*TAKEN, *HELD_TOGETHER, *NEXT) if VERIFY or name in ONE_OF_EACH]
 
 # x, y, rates and the tension of a pendulum of unit mass and length from rest at the horizontal: quadrature to 20 digits
 PENDULUM = {
@@ -143,16 +153,33 @@ def rods(name: str) -> tuple[Any, Rods]:
 
 
 CHAINS = {"rod_chain_3": 3, "rod_chain_8": 8}
+R = 6**0.5
+TABLES = {  # Hairer & Wanner, Solving Ordinary Differential Equations II (1996), tables IV.5.5, IV.5.6 and IV.5.12
+    "radau_iia2": [[5 / 12, -1 / 12], [3 / 4, 1 / 4]],
+    "radau_iia3": [
+        [(88 - 7 * R) / 360, (296 - 169 * R) / 1800, (-2 + 3 * R) / 225],
+        [(296 + 169 * R) / 1800, (88 + 7 * R) / 360, (-2 - 3 * R) / 225],
+        [(16 - R) / 36, (16 + R) / 36, 1 / 9],
+    ],
+    "lobatto_iiic2": [[1 / 2, -1 / 2], [1 / 2, 1 / 2]],
+    "lobatto_iiic3": [[1 / 6, -1 / 3, 1 / 6], [1 / 6, 5 / 12, -1 / 12], [1 / 6, 2 / 3, 1 / 6]],
+}
 STEPS = {
     "newmark": ({"beta": 0.3025, "gamma": 0.6}, lambda *at: constrained_steps.newmark(*at, 0.3025, 0.6)),
     "generalized_alpha": ({"rho_inf": 0.8}, lambda *at: constrained_steps.generalized_alpha(*at, 0.8)),
     "bathe": ({}, constrained_steps.bathe),
+    **{name: ({}, lambda *at, A=A: constrained_steps.runge_kutta(*at, A)) for name, A in TABLES.items()},
 }
 
 
 @pytest.mark.usefixtures("uncompiled")
-@pytest.mark.parametrize("scheme", STEPS)
-@pytest.mark.parametrize("name", ["rod_pendulum", "rod_double_pendulum", *(CHAINS if VERIFY else ["rod_chain_3"])])
+@pytest.mark.parametrize(
+    ("name", "scheme"),
+    [
+        *((name, scheme) for name in ("rod_pendulum", "rod_double_pendulum") for scheme in STEPS),
+        *((name, scheme) for name in (CHAINS if VERIFY else ["rod_chain_3"]) for scheme in STEPS.keys() - TABLES),
+    ],
+)
 def test_steps_are_those_written_by_hand(name: str, scheme: str) -> None:
     """u, v and the multipliers after each of 30 steps; by differences for derivatives, so not to the last digit."""
     parameters, step = STEPS[scheme]
@@ -297,7 +324,8 @@ def test_the_nearest_start_keeps_the_constraints_or_is_none() -> None:
         ("wilson_theta", "takes no force at the end of its steps"),
         ("crouzeix3", "takes no force at the end of its steps"),
         ("kr_alpha", "coefficients from the structure"),
-        ("radau_iia3", "solves balances together"),
+        ("gauss3", "takes no force at the end of its steps"),
+        ("lobatto_iiia3", "expected a state that a smooth motion determines"),
         *((name, f"multiplies them by {factor}") for name, factor in GROWING.items()),
     ],
 )
@@ -349,7 +377,8 @@ def test_a_sweep_refuses_them_before_any_run(name: str, monkeypatch: pytest.Monk
 
 
 def test_every_scheme_is_taken_or_refused() -> None:
-    assert REFUSED | set(TAKEN) == set(ss.schemes())
+    assert REFUSED | {*TAKEN, *HELD_TOGETHER} == set(ss.schemes())
+    assert set(HELD_TOGETHER) == {*TABLES, "weighted_residual_p2"}
     assert {"central_difference", "rk4", "yoshida6"} < set(NEXT)
 
 

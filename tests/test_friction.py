@@ -11,15 +11,15 @@ from substep_derive import Contact, DeclarationError, Friction, Scene, rate
 from substep_derive.step.step import Step
 from substep_derive.step.times import drift_at_rest, impulses_last
 from sympy import Rational, Symbol, simplify, sqrt
-from test_constraints import TAKEN, VERIFY
+from test_constraints import SLIDING, TAKEN, VERIFY
 from test_contact import H, bathe, newmark
 
 import substep as ss
 
 SOME = ["average_acceleration", "bathe", "bdf2"]
 DAMPING = {"backward_euler", "theta_method"}  # of first order: they lose energy between impacts and turning points, too
-SECOND = [name for name in TAKEN if name not in DAMPING] if VERIFY else SOME
-LASTING = [name for name in SECOND if name != "gholampour" and impulses_last(Step.of(BY_NAME[name]))]
+SECOND = [name for name in SLIDING if name not in DAMPING] if VERIFY else [*SOME, "radau_iia2"]
+LASTING = [name for name in SECOND if name in TAKEN and name != "gholampour" and impulses_last(Step.of(BY_NAME[name]))]
 u, v = Symbol("u"), rate(Symbol("u"))
 # steps of a unit mass without forces over a floor from u, v, with the acceleration 0; and weights of their pressures
 BY_HAND = {
@@ -95,6 +95,12 @@ def test_a_block_slides_to_where_friction_stops_it(name: str) -> None:
     assert np.median(r.memory["floor"][1:]) == pytest.approx(10.0, rel=close if name in SOME else 0.1)
     if name in SOME:
         assert np.abs(r.memory["drag"]).max() <= 3.0 + 1e-9
+
+
+def test_friction_that_does_not_hold_the_velocity_at_the_end_of_a_step_is_refused() -> None:
+    """Of Lobatto IIIA the acceleration at the end is that of the start, which is not remembered, and no friction."""
+    with pytest.raises(DeclarationError, match=r"^lobatto_iiia3 takes nothing of a constant force at the end.* take "):
+        ss.march("friction_oscillator", "lobatto_iiia3", dt=0.05, t_end=1.0)
 
 
 @pytest.mark.usefixtures("uncompiled")

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from substep_derive import Scene, four_bars, rate
 from substep_derive.motion.equations import EquationsOfMotion
 from sympy import Symbol
-from test_constraints import VERIFY
+from test_constraints import HELD_TOGETHER, TAKEN, VERIFY
 
 import substep as ss
 
@@ -96,7 +96,7 @@ def test_four_bars_in_a_row_move_as_one_angle(n: int) -> None:
 
 
 TABLE = PAGE[PAGE.index("| largest gain of energy") : PAGE.index("## Constraints that repeat others")]
-BOUNDS = {"10⁻⁸": 1e-8, "10⁻⁴": 1e-4, "2.3·10⁻³": 2.3e-3, "1.7·10⁻²": 1.7e-2}
+BOUNDS = {"10⁻⁸": 1e-8, "10⁻⁴": 1e-4, "2.3·10⁻³": 2.3e-3, "1.7·10⁻²": 1.7e-2, "0.94": 0.94}
 
 
 def rows_of_the_table() -> dict[str, tuple[float, float]]:
@@ -115,6 +115,7 @@ def rows_of_the_table() -> dict[str, tuple[float, float]]:
 
 
 GAINS = rows_of_the_table()
+ENDED = ("three_substep_third_order", "radau_iia2", "radau_iia3")  # where a knot is too near to the singular position
 
 
 @pytest.mark.parametrize("name", GAINS if VERIFY else ["average_acceleration"])
@@ -123,7 +124,7 @@ def test_schemes_gain_on_a_four_bar_in_line_what_the_page_has(name: str) -> None
     scene, gains, low_high = ss.scene("four_bar"), list[float](), GAINS[name]
     for dt in np.linspace(0.01, 0.0123, 16):
         r = ss.march(scene, name, dt=float(dt), t_end=float(300 * dt))
-        assert r.status == "completed" or name == "three_substep_third_order"
+        assert r.status == "completed" or name in ENDED
         gains.append(float((r.energy - r.energy[0]).max()) / G)
         u = r.u[:, 2:] - r.u[:, :2]
         assert np.allclose(u, [1.0, 0.0], rtol=0.0, atol=1e-6)  # it stays a parallelogram
@@ -131,5 +132,5 @@ def test_schemes_gain_on_a_four_bar_in_line_what_the_page_has(name: str) -> None
 
 
 def test_the_table_has_every_scheme_once() -> None:
-    assert len(GAINS) == 35
+    assert set(GAINS) == {*TAKEN, *HELD_TOGETHER}
     assert all(a <= b for a, b in pairwise(BOUNDS.values()))

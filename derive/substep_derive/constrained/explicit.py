@@ -113,7 +113,7 @@ def _require_moving_on(step: Step, found: Prescribed) -> None:
 
 def mean_velocity(step: Step, k: int, held: Symbol) -> Expr:
     """The mean velocity from where the k-th balance takes the force to the displacement that its reaction holds."""
-    u, _ = moved(step, step.stages[k])
+    u, _ = moved(step, k)
     times = instants_of(step)
     ahead = times[held] + int(held in step.prior) - times[u]
     return (held_next(step, held) - u) / (h * ahead)

@@ -214,7 +214,8 @@ class StepRows:
         """For each balance the displacement that its reaction holds at r, its instant, and its row.
 
         It is the first one that the reaction moves, of those where the balance takes the force, of the others in the
-        order in which they are solved, and of the next step's that follow from this one.
+        order in which they are solved, and of the next step's that follow from this one. Of balances that are solved
+        together the reactions count together.
         """
         within = [u for stage in self.step.stages for u in sorted(stage.in_z, key=lambda u, s=stage: u not in s.moved)]
         among = [(u, self.times[u], self.rows[u]) for u in within if kind_of(u) == 0]
@@ -223,8 +224,10 @@ class StepRows:
             (u, self.times[u] + 1, self._combined(e, after)) for u, e in self.step.prior.items() if kind_of(u) == 0
         ]
         found = list[tuple[Symbol, Any, Row]]()
-        for k in range(len(self.z)):
-            mine = next((x for x in among if x[2][k] and x not in found), None)
+        for k, (stage, j) in enumerate(self.step.placed):
+            own, columns = stage.moved_by(j), [self.basis[z] for z in stage.z]
+            moves = [x for x in among if any(x[2][c] for c in columns) and x not in found]
+            mine = next(iter(sorted(moves, key=lambda x, own=own: x[0] not in own)), None)
             if mine is None:
                 raise DeclarationError(
                     f"{self.at.scheme.name}: expected the reaction of each balance to move a displacement, of this "

@@ -12,27 +12,26 @@ of each of them, of which C then multiplies the same mixture. The time is that a
 passes the displacement. The row is multiplied by the mass at the one knot that depends on the unknown.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from sympy import Abs, Expr, Integer, Matrix, Symbol, diag, sympify, zeros
+from sympy import Abs, Expr, Integer, Matrix, Symbol, diag, zeros
 
-from ..constrained.explicit import held_next, mean_velocity
 from ..declare.branches import slope
 from ..declare.errors import DeclarationError
 from ..declare.names import entry_name
 from ..declare.scheme import Balance, Scheme
 from ..declare.symbols import K0, C, K_t, M, N_discrete, h, kind_of, knot
 from ..motion.components import Assignments, Writer, assign, drawn_out
-from ..motion.discrete import discrete_equation
 from ..motion.equations import EquationsOfMotion, solved
-from ..step.places import Place, places
 from ..step.step import Stage, Step
-from ..step.times import moved
-from .balance_step import BalanceStep, Part, written
-from .reactions import Moving, by_velocity, joined
-from .remembering import lasting, lasting_at, of_balance, pushed, tau_of
-from .together import Reach, begun_together, combined, predicted, reached, split, unknowns
+from ..step.times import newest
+from .at_knots import AtKnots, places_of
+from .balance_step import BalanceStep, written
+from .held_rows import HeldRows, Taken
+from .reactions import by_velocity
+from .remembering import of_balance
+from .together import Reach, begun_together, combined, predicted, reached, split
 
 
 def refuse(scheme: Scheme, motion: EquationsOfMotion) -> None:
@@ -55,10 +54,10 @@ def refuse(scheme: Scheme, motion: EquationsOfMotion) -> None:
 
 def general_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symbol]) -> BalanceStep:
     """The balances of one stage; they are iterated if a force depends on the unknown, or if they have reactions."""
-    w.unknown = w.acting = of_balance(w.motion.scene, k)
-    at = _At(w, k, stage)
+    at = AtKnots(w, k, stage)
+    w.unknown = Matrix([e for number in at.balances for e in of_balance(w.motion.scene, number)])
     reach, before, moves = reached(w, stage, at.z, at.in_z)
-    shift = _Shift.of(w, k)
+    shift = _Shift.of(w, at.balances[0])
     moves = shift.applied(moves, {s: by_z[0] for s, by_z in reach.items()}, w)
     rest = {s: e for s, e in stage.in_z.items() if s in wanted and s not in reach}
     moved_too = {s: at.in_z(s)[0].diff(at.z[0]) for s in rest if shift.names and kind_of(s) == 0}
@@ -79,12 +78,9 @@ def general_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
     return replace(found, before=before + found.before, moving=moves + found.moving, after=after)
 
 
-Taken = tuple[Matrix, "Place | None", Matrix]  # inertia with the known accelerations, the place that moves, the load
-
-
-def _row(at: "_At", balance: Balance) -> Taken:
+def _row(at: AtKnots, balance: Balance) -> Taken:
     """What a balance takes of the equation of motion."""
-    w, inertia, places = at.w, at.in_z(balance.inertia), _places(balance, at)
+    w, inertia, places = at.w, at.in_z(balance.inertia), places_of(balance, at)
     moving = [place for place in places if at.moves(place)] or (places[-1:] if w.unknown else [])
     load = w.vector(balance.load) / sum((place.weight for place in places), Integer(0))
     for place in places:
@@ -99,7 +95,7 @@ def _row(at: "_At", balance: Balance) -> Taken:
     return inertia, moving[0] if moving else None, load
 
 
-def _iterated(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach, shift: "_Shift") -> BalanceStep:
+def _iterated(at: AtKnots, last: Symbol, rows: Sequence[Taken], reach: Reach, shift: "_Shift") -> BalanceStep:
     """The balances that are iterated, without what is computed of displacements.
 
     last: the displacement last solved for.
@@ -109,14 +105,11 @@ def _iterated(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach, shif
     before, within = list(shift.before), Assignments()
     vectors = [(w.components(s), by_z) for s, by_z in reach.items()]  # that move with z, and their derivatives by it
 
-    def by_z(whole: Matrix) -> list[Expr]:
-        return [whole[0].diff(part[0]) for part in parts]
-
     def named(kind: str, whole: Matrix, number: int, where: str = "at") -> Matrix:
         """Names of a vector that moves with z, assigned in every iteration from its value at z = 0."""
         name, star = (w.components(Symbol(f"{kind}_*{label}{number or ''}")) for label in (where, f"{where}star"))
         before.extend(assign(star, w.hoisted(at.at_rest(whole))))
-        within.extend(assign(name, combined(star, by_z(whole), parts)))
+        within.extend(assign(name, combined(star, at.by_z(whole), parts)))
         return name
 
     displaced = list(vectors)
@@ -127,18 +120,17 @@ def _iterated(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach, shif
         if isinstance(place.u, Symbol) and u.has(*z):
             u = w.components(place.u)
         elif u.has(*z):
-            vectors.append((w.components(Symbol(f"u_*at{number or ''}")), by_z(u)))
+            vectors.append((w.components(Symbol(f"u_*at{number or ''}")), at.by_z(u)))
             displaced.append(vectors[-1])
             u = vectors[-1][0]
             within += assign(u, w.hoisted(w.vector(place.u)))
         if w.motion.damped and v.has(*z):
-            vectors.append((named("v", v, number), by_z(v)))
+            vectors.append((named("v", v, number), at.by_z(v)))
             v = vectors[-1][0]
-        c_a, rest = by_z(inertia), w.hoisted(at.at_rest(inertia))
+        c_a, rest = at.by_z(inertia), w.hoisted(at.at_rest(inertia))
         plain = rest.is_zero_matrix and c_a == [Integer(j == number) for j in range(len(parts))]
         a = parts[number] if plain else named("a", inertia, number)
-        if w.strengths:
-            w.acting = w.unknown * w.constant(c_a[number] / place.weight)
+        at.press(number, c_a[number] / place.weight)
         mass, force = at.equation(place, u, v)
         residuals.append(mass * a + place.weight * (force - load))
         jacobian = Matrix.hstack(*(c * mass for c in c_a))
@@ -149,76 +141,43 @@ def _iterated(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach, shif
         accelerations.append(a)
         free.append(c_a[number] * mass)
     residual, jacobian = Matrix.vstack(*residuals), Matrix.vstack(*jacobians)
-    settled, far_held = tuple[Part, ...](), Integer(0)
+    held, unknown = HeldRows.of(at, reach, rows, named), Matrix()
     if w.unknown:
-        moved_by_z, (residual, jacobian), settled = _with_reactions(at, reach, rows[0], (residual, jacobian), named)
-        vectors += [(one.names, []) for one in moved_by_z]
-        far_held = moved_by_z[0].by_z
+        vectors += [(one.names, []) for one in held.moving]
+        residual, jacobian, unknown = held.joined(at, residual, jacobian)
     jacobian = Matrix.hstack(jacobian, shift.columns(displaced, residual))
-    moving = (z, *accelerations, w.unknown, shift.names, *(names for names, _ in vectors))
+    moving = (z, *accelerations, unknown, shift.names, *(names for names, _ in vectors))
     steady = _Steady(at.k, {s for m in moving for s in m.free_symbols})
     residual, jacobian = (w.hoisted(m).applyfunc(steady.without) for m in (residual, jacobian))
-    first, far = _begun(at, last, rows, reach, far_held)
-    first, w.latest, scene = Matrix([*first, *w.latest, *(0 * shift.names)]), w.unknown, w.motion.scene
+    scene, latest = w.motion.scene, dict(zip(w.unknown, [*w.latest] * len(rows), strict=True))
+    first, far = _begun(at, last, rows, reach, held.held[0].by_z if w.unknown else Integer(0))
+    first = Matrix([*first.subs(latest), *(latest[s] for s in unknown), *(0 * shift.names)])
+    if w.unknown:
+        w.latest = of_balance(scene, newest(Step.of(w.scheme), at.stage))
     return BalanceStep(
-        at.k, Matrix([*z, *w.unknown, *shift.names]), [*before, *steady.assignments], within, residual, jacobian,
-        Matrix(), first, far, [], diag(*free), multipliers=len(w.unknown) + len(shift.names), settled=settled,
-        bounded=len(scene.contacts) + len(scene.frictions),
+        at.k, Matrix([*z, *unknown, *shift.names]), [*before, *steady.assignments], within, residual, jacobian,
+        Matrix(), first, far, [], diag(*free), multipliers=len(unknown) + len(shift.names), settled=held.settled,
+        bounded=len(rows) * (len(scene.contacts) + len(scene.frictions)),
     )  # fmt: skip
 
 
-def _with_reactions(
-    at: "_At",
-    reach: Reach,
-    row: Taken,
-    balance: tuple[Matrix, Matrix],
-    named: Callable[[str, Matrix, int, str], Matrix],
-) -> tuple[tuple[Moving, ...], tuple[Matrix, Matrix], tuple[Part, ...]]:
-    """Residual and its derivative with the rows of reactions, and what is computed of these once they are known.
+def _begun(at: AtKnots, last: Symbol, rows: Sequence[Taken], reach: Reach, held: Expr) -> tuple[Matrix, Expr]:
+    """Where the iteration starts, and how far an acceleration moves a displacement; held: one that constraints hold.
 
-    First the displacement that constraints hold, the velocity at the knot where the balance takes the force, and that
-    which contacts and frictions hold, by the names that `named` has given them.
+    With constraints alone from the last acceleration, and of balances that are solved together from 0, which is as near
+    in order. Where contacts or frictions act, the branch that it finds is that nearest to the last displacement.
     """
-    w, step, (inertia, place, _) = at.w, Step.of(at.w.scheme), row
-    assert place is not None
-    s, velocity = moved(step, at.stage)
-    where = held = Moving(w.components(s), reach.get(s, [Integer(0)])[0], w.when(s))
-    if w.holding and w.holding[at.k] not in reach:
-        u = w.holding[at.k]
-        whole, when = at.in_z(held_next(step, u)), w.instant(w.instants[u] + int(u in step.prior))
-        held = Moving(named("u", whole, 0, "held"), whole[0].diff(at.z[0]), when)
-
-    def of_velocity(e: Expr, label: str) -> Moving:
-        whole = at.in_z(e)
-        c_v: Expr = Integer(0) + whole[0].diff(at.z[0])
-        return Moving(named("v", whole, 0, label) if c_v != 0 else whole, c_v, where.when)
-
-    own = any(w.motion.held.at_velocities) or (at.stage.moved and by_velocity(w.motion))
-    rate = of_velocity(velocity if own else Integer(0), "held")
-    bounded = w.motion.scene.contacts or w.motion.scene.frictions
-    later = bounded and not at.stage.moved
-    mean = of_velocity(mean_velocity(step, at.k, w.holding[at.k]), "mean") if later else rate
-    found = joined(w, at.k, at.stage, balance, held, where, rate, mean)
-    if not w.strengths:
-        w.reactions[s] = w.unknown
-        return (held, rate, mean), found, ()
-    v, share = velocity if place.u == s else place.v, place.weight / inertia[0].diff(at.z[0])
-    kept = lasting(w, at.k, (place.u, tau_of(w.instants, place.u)), at.in_z(place.u), at.in_z(v))
-    w.reactions[s] = lasting_at(w.motion.scene, at.k)
-    return (held, rate, mean), found, (*kept, pushed(w, at.k, where.names, where.when, w.constant(share)))
-
-
-def _begun(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach, held: Expr) -> tuple[Matrix, Expr]:
-    """Where the iteration starts, and how far an acceleration moves a displacement; held: one that constraints hold."""
-    w, stage = at.w, at.stage
+    w, stage, scene = at.w, at.stage, at.w.motion.scene
+    constraints_alone = bool(scene.constraints) and not (scene.contacts or scene.frictions)
     if not stage.alone:
         first, far = begun_together(w, stage, reach, last, at.in_z)
+        first = 0 * first if constraints_alone else first
         return (_without_rates(at, rows) if w.motion.bends_at_rest else first), far
     (c_u,) = next(iter(reach.values()), [Integer(0)])
     first = zeros(w.size, 1)
     if w.motion.bends_at_rest:
-        first = _without_rates(at, rows).subs(dict(zip(w.unknown, w.latest, strict=True)))
-    elif (known := _last_acceleration(at)) is not None:
+        first = _without_rates(at, rows)
+    elif constraints_alone and (known := _last_acceleration(at)) is not None:
         first = w.components(known)
     elif c_u != 0:
         first = (w.components(last) - w.components(predicted(0))) * w.reciprocal(c_u, c_u)
@@ -226,22 +185,19 @@ def _begun(at: "_At", last: Symbol, rows: Sequence[Taken], reach: Reach, held: E
     return first, Abs(moves) + Abs(h * stage.c_v()) if by_rates else moves
 
 
-def _last_acceleration(at: "_At") -> Symbol | None:
-    """The newest acceleration that is known, of a scene with constraints alone; None of another, or without one.
-
-    Where contacts or frictions act, the branch that the iteration finds is that nearest to the last displacement.
-    """
-    scene, step = at.w.motion.scene, Step.of(at.w.scheme)
-    known = step.accelerations[at.k - 1] if at.k else knot(0).a
-    alone = scene.constraints and not (scene.contacts or scene.frictions)
-    return known if alone and (at.k or known in step.state) else None
+def _last_acceleration(at: AtKnots) -> Symbol | None:
+    """The newest acceleration that is known; None where a step begins without one."""
+    step, first = Step.of(at.w.scheme), at.balances[0]
+    known = step.accelerations[first - 1] if first else knot(0).a
+    return known if first or known in step.state else None
 
 
-def _without_rates(at: "_At", rows: Sequence[Taken]) -> Matrix:
+def _without_rates(at: AtKnots, rows: Sequence[Taken]) -> Matrix:
     """The accelerations as if there were no force of the rates, whose slope may have no bound at the last ones."""
     w, found = at.w, list[Matrix]()
-    for (inertia, place, load), z in zip(rows, split(w, at.z), strict=True):
+    for number, ((inertia, place, load), z) in enumerate(zip(rows, split(w, at.z), strict=True)):
         assert place is not None
+        at.press(number, inertia[0].diff(z[0]) / place.weight)
         still = at.acceleration(place, at.at_rest(at.in_z(place.u)), zeros(w.size, 1), load)
         found.append(w.hoisted(-(w.hoisted(at.at_rest(inertia)) + still) / inertia[0].diff(z[0])))
     return Matrix.vstack(*found)
@@ -287,49 +243,6 @@ class _Shift:
         return total
 
 
-class _At:
-    """Evaluates what the balances of a stage take at a knot."""
-
-    def __init__(self, w: Writer, k: int, stage: Stage) -> None:
-        self.w, self.k, self.stage, self.z = w, k, stage, unknowns(w, stage)
-
-    def at_rest(self, vector: Matrix) -> Matrix:
-        """The vector at z = 0."""
-        return vector.subs(dict.fromkeys(self.z, Integer(0)))
-
-    def acceleration(self, place: Place, u: Matrix, v: Matrix, load: Matrix) -> Matrix:
-        """Minus the acceleration there under the load, times the weight."""
-        mass, force = self.equation(place, u, v)
-        if mass.det() == 0:
-            raise DeclarationError(
-                f"{self.w.scheme.name}: expected a mass matrix of {self.w.motion.scene.name} that is regular, since a "
-                f"balance takes accelerations at several instants, got {mass.tolist()}; take a scheme that takes them "
-                "at one, such as bathe, or give each coordinate a mass"
-            )
-        return place.weight * solved(mass, force - load)
-
-    def in_z(self, e: Expr) -> Matrix:
-        """Components of a vector in those of the unknown and of what is known."""
-        return self.w.hoisted(self.w.vector(sympify(e).subs(self.stage.in_z, simultaneous=True)))
-
-    def moves(self, place: Place) -> bool:
-        """Whether the equation of motion there depends on the unknown."""
-        v = self.in_z(place.v) if self.w.motion.damped else Matrix()
-        return any(e.has(*self.z) for e in (*self.in_z(place.u), *v))
-
-    def equation(self, place: Place, u: Matrix, v: Matrix) -> tuple[Matrix, Matrix]:
-        """Mass and forces there, at these components of displacement and velocity."""
-        w = self.w
-        instant = w.instant(tau_of(w.instants, place.u))
-        if isinstance(place.force, N_discrete):
-            old, new = (list(w.vector(argument)) for argument in place.force.args)
-            mass, force = discrete_equation(w.motion, old, new, list(v), instant)
-            return mass, force + w.discrete_reaction(old, new)
-        mass, force = w.motion.equation(list(u), list(v), instant)
-        force += w.reaction(place.force, list(u), instant)
-        return mass, force.subs(w.remembered(place.u), simultaneous=True)
-
-
 class _Steady:
     """Names for the parts of an iteration's expressions that do not move in it, and are computed before."""
 
@@ -352,23 +265,3 @@ class _Steady:
     def assignments(self) -> Assignments:
         """Of the names."""
         return [(name, e) for e, name in self.named.items()]
-
-
-def _places(balance: Balance, at: "_At") -> list[Place]:
-    """Where the balance takes the equation of motion.
-
-    Forces of rates are taken at each knot of its force, a constant damping, if that is another mixture, at one of them.
-    Raises DeclarationError where it takes it at several knots, and what C multiplies is not the same mixture of theirs.
-    """
-    w = at.w
-    found, same = places(balance.force, balance.damping)
-    if same or not w.motion.damped:
-        return found
-    if w.motion.of_rates:
-        raise DeclarationError(
-            f"{w.scheme.name}: expected a balance whose damping mixes the velocities of the knots of its force, with "
-            f"the same weights, got {balance.damping} beside {balance.force}, on {w.motion.scene.name}, whose forces "
-            "depend on rates; take another scheme"
-        )
-    whole = next((place for place in found if at.in_z(place.u).has(*at.z)), found[-1])
-    return [place if place is whole else replace(place, v=Integer(0)) for place in found]  # a constant damping, once

@@ -11,21 +11,23 @@ counts. See `step.times.impulses` for what it is of a constant force. Explicit b
 forces, and hold the mean velocity with which the next displacement is reached, since no other one moves anything.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from sympy import Abs, Expr, Integer, Matrix, Rational, Symbol, zeros
+from sympy import Abs, Expr, Integer, Matrix, Rational, Symbol, cancel, zeros
 
+from ..algebra.constant import reduced
 from ..constrained.explicit import explicit, first_factors, require_held
 from ..constrained.prescribed import Prescribed, prescribed
 from ..declare.branches import larger, slope, smaller, where_at_least
 from ..declare.errors import DeclarationError
 from ..declare.parameter import signed
 from ..declare.scheme import Scheme
-from ..declare.symbols import N, h, knot, successor
+from ..declare.symbols import C, N, h, knot, successor
 from ..motion.components import Writer
 from ..motion.equations import EquationsOfMotion
 from ..step.step import Stage, Step
-from ..step.times import drift_at_rest, growth_where_held, impulses, impulses_last, instants_of, moved
+from ..step.times import drift_at_rest, growth_where_held, impulses, impulses_last, instants_of, moved, newest
 from .remembering import at_start, remembered
 
 ROUNDING = Rational(1, 10**12)  # of a scene's length: a smaller gap is closed, so that what rests on a stop stays there
@@ -33,11 +35,20 @@ ROUNDING = Rational(1, 10**12)  # of a scene's length: a smaller gap is closed, 
 
 @dataclass(frozen=True)
 class Moving:
-    """A displacement or a velocity that may move with z: its components, their derivative by z, and their time."""
+    """A displacement or a velocity that may move with the accelerations z of a stage.
+
+    names: its components; each: their derivative by each z; k: the place of the balance's own; when: its time.
+    """
 
     names: Matrix
-    by_z: Expr
+    each: Sequence[Expr]
+    k: int
     when: Expr
+
+    @property
+    def by_z(self) -> Expr:
+        """The derivative by the balance's own z; where that does not move it, by the first one that does."""
+        return next((e for e in (self.each[self.k], *self.each) if e != 0), Integer(0))
 
 
 def begin(w: Writer, scheme: Scheme, step: Step) -> None:
@@ -106,6 +117,11 @@ class Asked:
 
 def why_no_contact(scheme: Scheme, *, restitution: bool = False, friction: bool = False) -> str:
     """Why the scheme takes no contacts of a structure, with restitution, or no frictions; empty where it takes them."""
+    if not all(stage.alone for stage in Step.of(scheme).stages):
+        return (
+            f"{scheme.name} solves balances together: expected balances that are solved one after the other on a "
+            "structure with constraints that are not linear, contacts or friction; take another scheme"
+        )
     rates = restitution or friction
     try:
         _require_holding(scheme, Asked(not rates, rates, False, True, not friction, restitution, True))
@@ -121,16 +137,18 @@ def _require_holding(scheme: Scheme, asked: Asked) -> Prescribed | None:
     """
     step = Step.of(scheme)
     later = explicit(step)
-    if not all(stage.alone for stage in step.stages):
+    together = not all(stage.alone for stage in step.stages)
+    if asked.gaps and asked.positions and together and (still := _still(step)):
         raise DeclarationError(
-            f"{scheme.name} solves balances together: expected balances that are solved one after the other on a scene "
-            "with constraints, contacts or friction; take another scheme, or a scene without"
+            f"{scheme.name} solves balances together, of which one does not move the displacement {still} that it "
+            "takes the force at by its own acceleration: expected a pressure that opens the gap at which it acts; take "
+            "a scheme that solves its balances one after the other"
         )
-    if asked.both and (later or asked.contacts or not all(stage.moved for stage in step.stages)):
+    if asked.both and (later or asked.contacts or together):
         cure = 'level="velocity"' if asked.contacts else 'level="position" with projected=True, or another scheme'
         raise DeclarationError(
-            f"{scheme.name}: expected implicit balances alone, and no contacts or frictions, where a constraint holds "
-            f"displacements and velocities; take {cure}"
+            f"{scheme.name}: expected implicit balances that are solved one after the other, and no contacts or "
+            f"frictions, where a constraint holds displacements and velocities; take {cure}"
         )
     if asked.rates or (asked.impulsive and not later):
         impulses(step)
@@ -150,14 +168,21 @@ def _require_holding(scheme: Scheme, asked: Asked) -> Prescribed | None:
             f"{scheme.name} does not keep the velocity that an impact leaves: expected one that is the same a step "
             "later, of which restitution is a share; take a scheme of one balance, such as average_acceleration"
         )
-    one = asked.restitution and not later and len(step.stages) == 1
+    one = asked.restitution and not later and len(step.accelerations) == 1
     if one and (drift := float(drift_at_rest(step).subs(scheme.typical))) < 0:
         raise DeclarationError(
             f"{scheme.name} lets what rests on a stop with restitution sink into it, by {-drift:.3g} dt^2 times the "
             "acceleration that is held in each step: expected one that stays, as those with gamma = 2 beta; take "
             "average_acceleration"
         )
-    last, _ = moved(step, step.stages[-1])
+    at_last = newest(step, step.stages[-1])
+    if asked.contacts and asked.impulsive and not later and impulses(step).strengths[at_last].subs(scheme.typical) <= 0:
+        raise DeclarationError(
+            f"{scheme.name} takes nothing of a constant force at the end of its steps where the acceleration at their "
+            "start is not remembered: expected a friction that holds the velocity there; take another scheme, such as "
+            "radau_iia2"
+        )
+    last, _ = moved(step, at_last)
     if last in step.state and (asked.velocities or not found):
         raise DeclarationError(
             f"{scheme.name} takes the force at the start of its steps: expected a reaction at a displacement that is "
@@ -172,27 +197,37 @@ def _require_holding(scheme: Scheme, asked: Asked) -> Prescribed | None:
     return found
 
 
-def joined(
-    w: Writer, k: int, stage: Stage, balance: tuple[Matrix, Matrix], held: Moving, u: Moving, v: Moving, mean: Moving
-) -> tuple[Matrix, Matrix]:
-    """Residual and its derivative by z of a balance, with rows of its reactions, and columns of their unknowns.
+def _still(step: Step) -> Symbol | None:
+    """A displacement that a balance takes the force at and does not move by its own z in the direction of that."""
+    typical = {**step.scheme.typical, h: Integer(1), C: Integer(0)}
+    for k, z in enumerate(step.accelerations):
+        u, _ = moved(step, k)
+        by_z = step.solved.get(u, Integer(0)).diff(z)
+        if not reduced(cancel(by_z)).subs(typical).is_positive:
+            return u
+    return None
 
-    held: the displacement at which constraints hold; u and v are at the knot where the balance takes the force, of
-    implicit schemes the same. mean: the velocity that contacts and frictions hold, v or a `mean_velocity`.
+
+Held = tuple[Moving, Moving, Moving, Moving]
+
+
+def rows_of(w: Writer, k: int, stage: Stage, unknown: Matrix, at: Held) -> tuple[Matrix, Matrix]:
+    """What is 0 where the k-th balance's reactions are right, and its derivative by the accelerations of the stage.
+
+    unknown: the reactions. at: the displacement at which constraints hold; u and v at the knot where the balance takes
+    the force, of implicit schemes the same; and the velocity that contacts and frictions hold, v or a `mean_velocity`.
     """
-    residual, jacobian = balance
-    more = _rows(w, k, stage, held, u, v, mean)
-    below = zeros(len(more), jacobian.cols)
+    (held, _, v, mean), more = at, _rows(w, k, stage, unknown, *at)
+    below = zeros(len(more), w.size * len(stage.z))
     for moving in (held, v) if mean is v else (held, v, mean):
-        below += Matrix([[slope(e, s) for s in moving.names] for e in more]) * moving.by_z
-    whole = Matrix([*residual, *more])
-    by_reactions = Matrix([[slope(e, s) for s in w.unknown] for e in whole])
-    return whole, Matrix.hstack(Matrix([*jacobian.tolist(), *below.tolist()]), by_reactions)
+        by_it = Matrix([[slope(e, s) for s in moving.names] for e in more])
+        below += Matrix.hstack(*(by_it * e for e in moving.each))
+    return more, below
 
 
-def _rows(w: Writer, k: int, stage: Stage, to: Moving, u: Moving, v: Moving, mean: Moving) -> Matrix:
-    """What is 0 where the k-th balance's reactions are right, divided so that it does not depend on the step."""
-    scene, held, unknown = w.motion.scene, w.motion.held, w.unknown
+def _rows(w: Writer, k: int, stage: Stage, unknown: Matrix, to: Moving, u: Moving, v: Moving, mean: Moving) -> Matrix:
+    """The rows, divided so that they do not depend on the step."""
+    scene, held = w.motion.scene, w.motion.held
     place, speed, c_u, c_v, when = u.names, v.names, to.by_z, v.by_z, u.when
     values = held.at(held.expressions, list(to.names), list(speed), to.when)
     rates = held.at(held.drift[0], list(place), list(speed), when)
@@ -232,7 +267,7 @@ def _before(w: Writer, k: int, stage: Stage, u: Moving) -> tuple[list[Expr], lis
     They are those at t_n, and of explicit balances the mean velocity that has led to where the force is taken.
     """
     step, (u0, v0) = Step.of(w.scheme), (w.components(s) for s in knot(0)[:2])
-    at, _ = moved(step, stage)
+    at, _ = moved(step, k)
     if stage.moved:
         return list(u0), list(v0), w.instant(Integer(0)), h * w.instants[at]
     ahead = w.instants[w.holding[k]] + int(w.holding[k] in step.prior) - w.instants[at]

@@ -17,7 +17,7 @@ from ..declare.symbols import N, f, h, kind_of, knot_of, successor
 from ..motion.components import Assignments, Writer, assign
 from ..motion.equations import solved
 from ..step.step import Step
-from ..step.times import impulses, instants_of
+from ..step.times import impulses, instants_of, newest
 from .balance_step import Part
 from .held_block import held_block, held_solution
 
@@ -86,13 +86,13 @@ def lasting(w: Writer, k: int, where: tuple[Expr, Expr], u: Matrix, v: Matrix) -
     return [found, Part([*entries, *given]), Part([*solve, *result], named=False)]
 
 
-def pushed(w: Writer, k: int, u: Matrix, at: Expr, share: Expr) -> Part:
+def pushed(w: Writer, k: int, u: Matrix, at: Expr, unknown: Matrix, share: Expr) -> Part:
     """The acceleration, not remembered, that the reactions of the k-th balance have given to its z, by name.
 
-    share: what a force where the balance takes it gives to z, times the mass.
+    unknown: the reactions; share: what a force where the balance takes it gives to z, times the mass.
     """
     mass, _ = w.motion.equation(list(u), list(u), at)
-    force = w.motion.held.directions_at(list(u), at).T * (w.unknown - share * lasting_at(w.motion.scene, k))
+    force = w.motion.held.directions_at(list(u), at).T * (unknown - share * lasting_at(w.motion.scene, k))
     return Part(assign(w.components(_push(k)), w.hoisted(solved(mass, force))))
 
 
@@ -125,6 +125,6 @@ def kept(w: Writer, step: Step) -> tuple[Mapping[Symbol, Symbol], Assignments, M
     for k, weight in enumerate(impulses(step).weights):
         total += weight * of_balance(scene, k)
     means = Matrix([Symbol(f"mean_{s}") for s in scene.multipliers])
-    last = lasting_at(scene, len(step.stages) - 1)
+    last = lasting_at(scene, newest(step, step.stages[-1]))
     total = Matrix([mean if e == 0 else e for e, mean in zip(last, total, strict=True)])
     return names, found + assign(means, w.hoisted(total)), means

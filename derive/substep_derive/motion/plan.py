@@ -128,10 +128,10 @@ def _plan(scheme: Scheme) -> Plan:
         no_memory = str(error)
     for s, e in step.prior.items():
         w.combine(s, e)
-    for k, stage in enumerate(step.stages):
+    for stage in step.stages:
         w.stage(stage)
         w.commit(stage, ends)
-        w.press(step, k)
+        w.press(step, stage)
     out = {s: w.row(after) for s, after in zip(step.state, step.after, strict=True)}
     report = {kind: w.row(e) for kind, e in zip("uva", step.outputs, strict=False)}
     return replace(w.plan(step.state, out, report), no_memory=no_memory)
@@ -247,10 +247,11 @@ class _Writer:
         if found:
             self.operations[-1] = replace(cast(System, system), commits=tuple(found))
 
-    def press(self, step: Step, k: int) -> None:
-        """Say of the last system, that of the k-th balance, where its reaction acts, if all balances have such."""
-        if not step.stages[k].alone or not isinstance(system := self.operations[-1], System):
+    def press(self, step: Step, stage: Stage) -> None:
+        """Say of the last system, that of the stage, where its reaction acts, if all balances have such."""
+        if not stage.alone or not isinstance(system := self.operations[-1], System):
             return
+        k = step.accelerations.index(stage.z[0])
         if explicit(step):
             self.operations[-1] = replace(system, later=self._later(step, k))
             return
@@ -258,7 +259,7 @@ class _Writer:
             of_reactions = impulses(step)
         except DeclarationError:
             return
-        u, v = moved(step, step.stages[k])
+        u, v = moved(step, k)
         if u in step.unknowns:
             rows = {u: Integer(1)}, {v: Integer(1)}
             numbers = factor(self.instants[u]), of_reactions.weights[k], of_reactions.strengths[k]
@@ -273,7 +274,7 @@ class _Writer:
         except DeclarationError:
             return None
         held, _ = found.held[k]
-        (u, _), (u0, _, _), at = moved(step, step.stages[k]), knot(0), instants_of(step)
+        (u, _), (u0, _, _), at = moved(step, k), knot(0), instants_of(step)
         if u0 not in step.state or u not in step.prior or u == u0:
             before, ahead = Integer(0), Integer(0)
         else:

@@ -171,6 +171,12 @@ class Step:
             found.append(Stage(balances, z, MappingProxyType(own), in_z, moved))
         return tuple(found)
 
+    @cached_property
+    def placed(self) -> tuple[tuple[Stage, int], ...]:
+        """For each balance the stage that it is solved in, and its place there."""
+        found = {z: (stage, j) for stage in self.stages for j, z in enumerate(stage.z)}
+        return tuple(found[z] for z in self.accelerations)
+
 
 def _displacements(balance: Balance) -> set[Symbol]:
     """The symbols at which a balance takes the internal force."""

@@ -112,14 +112,17 @@ def impulses(step: Step) -> Impulses:
     at, found = instants_of(step), list[Expr]()
     known = {s: e.subs(values, simultaneous=True) for s, e in step.solved.items()}
     for stage in step.stages:
-        (z,), (u, v) = stage.z, moved(step, stage)
-        if known.get(v, Integer(0)).diff(z) == 0:
+        ends = [moved(step, step.accelerations.index(z)) for z in stage.z]
+        left = [known.get(v, Integer(0)) - at[u] for u, v in ends]
+        acting = Matrix(left).jacobian(stage.z).applyfunc(lambda e: reduced(cancel(e)))
+        if cancel(acting.det()) == 0:
             raise DeclarationError(
                 f"{step.scheme.name}: expected each balance to move the velocity of the displacement that it takes the "
-                f"force at, {v}, so that an impulse acts in it; take another scheme"
+                f"force at, {', '.join(str(v) for _, v in ends)}, so that an impulse acts in it; take another scheme"
             )
-        found.append(reduced(cancel((at[u] - known[v].subs(z, 0)) / known[v].diff(z))))
-        known = {s: e.subs(z, found[-1]) for s, e in known.items()}
+        (values,) = linsolve(left, *stage.z)
+        found += [reduced(cancel(e)) for e in values]
+        known = {s: e.subs(dict(zip(stage.z, found[-len(stage.z) :], strict=True))) for s, e in known.items()}
     reported = step.reported[1].subs({s: e.subs(h, 1) for s, e in step.solved.items()}, simultaneous=True)
     slopes = [reported.diff(z) for z in step.accelerations]
     whole = sum((a * s for a, s in zip(slopes, found, strict=True)), Integer(0))
@@ -137,10 +140,7 @@ def impulses_last(step: Step) -> bool:
     others = [s for s in step.state if kind_of(s) < 2 and s != v0]
     if reported.diff(v0) != 1 or any(reduced(cancel(reported.diff(s))) != 0 for s in others):
         return False
-    given = [
-        step.solved.get(moved(step, stage)[1], Integer(0)).diff(z)
-        for stage, z in zip(step.stages, step.accelerations, strict=True)
-    ]
+    given = [step.solved.get(moved(step, k)[1], Integer(0)).diff(z) for k, z in enumerate(step.accelerations)]
     changes = [reduced(cancel(reported.diff(z) - g)) for z, g in zip(step.accelerations, given, strict=True)]
     return all(change == 0 for change in changes)
 
@@ -170,19 +170,26 @@ def growth_where_held(step: Step) -> float:
         return 0.0
     at = {s: s if s in velocities else Integer(0) for s in step.state} | {h: Integer(1), C: Integer(0), K0: Integer(0)}
     known = {s: e.subs(step.scheme.typical).subs(at, simultaneous=True) for s, e in step.solved.items()}
-    (z,) = linsolve([known[moved(step, stage)[0]] for stage in step.stages], *step.accelerations)
+    (z,) = linsolve([known[moved(step, k)[0]] for k in range(len(step.accelerations))], *step.accelerations)
     known |= at | dict(zip(step.accelerations, z, strict=True))
     after = Matrix([known[successor(s)] for s in velocities]).subs(known, simultaneous=True)
     return max(float(Abs(e).n()) for e in after.jacobian(velocities).eigenvals())
 
 
-def moved(step: Step, stage: Stage) -> tuple[Symbol, Symbol]:
-    """The newest displacement that a balance takes the force at, of those that move with it if any does; and its v."""
-    forces = (a for b in stage.balances for a in b.force.atoms(N, N_discrete))
+def moved(step: Step, k: int) -> tuple[Symbol, Symbol]:
+    """The newest displacement that the k-th balance takes the force at, of those that move in its stage; and its v."""
+    stage, j = step.placed[k]
+    forces = stage.balances[j].force.atoms(N, N_discrete)
     at = instants_of(step)
-    among = stage.moved or {s for a in forces for s in a.free_symbols if s in at}
+    among = stage.moved_by(j) or {s for a in forces for s in a.free_symbols if s in at}
     u = max(among, key=lambda s: (at[s].subs(step.scheme.typical), str(s)))
     return u, Symbol(f"v_{(knot_of(u) or ('', '0'))[1]}")
+
+
+def newest(step: Step, stage: Stage) -> int:
+    """The place, among all balances, of that of a stage which takes the force at the latest displacement."""
+    at = {k: instants_of(step)[moved(step, k)[0]] for k in map(step.accelerations.index, stage.z)}
+    return max(at, key=lambda k: (at[k].subs(step.scheme.typical), k))
 
 
 def _followed_as_the_end(step: Step, among: Collection[Symbol]) -> Collection[Symbol]:

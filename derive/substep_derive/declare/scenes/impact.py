@@ -7,7 +7,8 @@ from ..reactions import Contact, Friction
 from ..scene import Scene, optional
 from ..symbols import rate, t
 
-u, w, m, k, g, u0, v0, b = (Symbol(name) for name in ("u", "w", "m", "k", "g", "u0", "v0", "b"))
+u, w, m, k, c, g, u0, v0, b = (Symbol(name) for name in ("u", "w", "m", "k", "c", "g", "u0", "v0", "b"))
+amplitude, omega_d = Symbol("amplitude"), Symbol("omega_d")
 w0, mu, limit, belt, restitution = (Symbol(name) for name in ("w0", "mu", "limit", "belt", "restitution"))
 
 mass_on_floor = Scene(
@@ -48,12 +49,25 @@ impact_oscillator = Scene(
     coordinates={u: "m"},
     kinetic=m * rate(u) ** 2 / 2,
     potential=k * u**2 / 2,
-    contacts={"stop": b - u},
-    parameters=(optional(m, 1), optional(k, 1), optional(b, 0, REAL), optional(u0, -1, REAL), optional(v0, 0, REAL)),
+    dissipation=c * rate(u) ** 2 / 2,
+    load={u: amplitude * cos(omega_d * t)},
+    contacts={"stop": Contact(b - u, restitution=restitution)},
+    parameters=(
+        optional(m, 1),
+        optional(k, 1),
+        optional(c, 0, NOT_NEGATIVE),
+        optional(b, 0, REAL),
+        optional(restitution, Rational(4, 5), Interval(0, 1)),
+        optional(amplitude, 0, REAL),
+        optional(omega_d, 2),
+        optional(u0, -1, REAL),
+        optional(v0, 0, REAL),
+    ),
     start={u: u0, rate(u): v0},
     length=1,
     energy_scale=k,
-    reference="a mass on a spring with a stop at u = b",
+    reference="Nordmark, J. Sound Vib. 145 (1991) 279-297: a mass on a spring with a stop at u = b, under a periodic "
+    "load; grazing where it meets the stop with hardly any velocity",
 )
 
 bouncing_ball = Scene(
@@ -114,7 +128,7 @@ sliding_block = Scene(
     reference="a block thrown along a floor, on which it slides with the coefficient of friction mu until it rests",
 )
 
-x, y, phi, c, phi0, L = (Symbol(name) for name in ("x", "y", "phi", "c", "phi0", "L"))
+x, y, phi, phi0, L = (Symbol(name) for name in ("x", "y", "phi", "phi0", "L"))
 
 pendulum_at_wall = Scene(
     "pendulum_at_wall",
