@@ -31,16 +31,28 @@ class _Run(Protocol):
     def multipliers(self) -> Any: ...
     @property
     def powers(self) -> Any: ...
+    @property
+    def power_of_each(self) -> Any: ...
     def memory_of_rows(self, rows: slice) -> tuple[Array, ...]: ...
 
 
 def powers(r: _Run) -> Mapping[str, Array]:
     """See `Response.powers`."""
+    found: dict[str, Array] = {}
+    for name, x in r.power_of_each.items():
+        kind = name.partition(" ")[0]
+        found[kind] = found[kind] + x if kind in found else x
+    return found
+
+
+def power_of_each(r: _Run) -> Mapping[str, Array]:
+    """See `Response.power_of_each`."""
     _require_scene(r)
     found = {name: x for name, x in _of_scene(r).items() if name != "frame"}
     if names := r.scene.info.multipliers:
         along = np.einsum("ncd,nd->nc", r.scene.directions(r.t, r.u)[:, : len(names)], r.v)
-        found["constraints"] = -(np.column_stack(list(r.multipliers.values())) * along).sum(axis=1)
+        reactions = zip(names, r.multipliers.values(), along.T, strict=True)
+        found |= {f"constraints {name}": -multiplier * rate for name, multiplier, rate in reactions}
     return found
 
 
