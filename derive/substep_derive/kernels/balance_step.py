@@ -34,6 +34,7 @@ from ..declare.symbols import N, N_discrete, h
 from ..motion.components import Assignments, Writer, assign
 from ..motion.equations import EquationsOfMotion
 from ..step.step import Stage
+from ..step.times import instant_of
 from .branches import root
 from .together import Reach, begun_together, predicted, reached, split, unknowns
 
@@ -316,7 +317,7 @@ def _moving_force(w: Writer, stage: Stage, reach: Reach) -> tuple[Assignments, M
         {a for e in given for atom in e.atoms(N, N_discrete) for a in atom.args if not a.is_Symbol}, key=str
     )
     names = {a: Symbol(f"u_*mix{k}") for k, a in enumerate(a for a in arguments if a.free_symbols & stage.moved)}
-    w.instants |= {name: a.subs({**w.instants, h: 1}) for a, name in names.items()}
+    w.instants |= {name: instant_of(a, w.instants) for a, name in names.items()}
     given = [e.subs(names) for e in given]
     follows = {*stage.moved, *names.values()}
     known = [e.subs({a: 0 for a in e.atoms(N, N_discrete) if a.free_symbols & follows}) for e in given]

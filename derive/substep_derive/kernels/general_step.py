@@ -28,10 +28,10 @@ from ..motion.discrete import discrete_equation
 from ..motion.equations import EquationsOfMotion, solved
 from ..step.places import Place, places
 from ..step.step import Stage, Step
-from ..step.times import moved
+from ..step.times import instant_of, moved
 from .balance_step import BalanceStep, Part, written
 from .reactions import Moving, by_velocity, joined
-from .remembering import lasting, lasting_at, of_balance, pushed, tau_of
+from .remembering import lasting, lasting_at, of_balance, pushed
 from .together import Reach, begun_together, combined, predicted, reached, split, unknowns
 
 
@@ -203,7 +203,7 @@ def _with_reactions(
         w.reactions[s] = w.unknown
         return (held, rate, mean), found, ()
     v, share = velocity if place.u == s else place.v, place.weight / inertia[0].diff(at.z[0])
-    kept = lasting(w, at.k, (place.u, tau_of(w.instants, place.u)), at.in_z(place.u), at.in_z(v))
+    kept = lasting(w, at.k, (place.u, instant_of(place.u, w.instants)), at.in_z(place.u), at.in_z(v))
     w.reactions[s] = lasting_at(w.motion.scene, at.k)
     return (held, rate, mean), found, (*kept, pushed(w, at.k, where.names, where.when, w.constant(share)))
 
@@ -320,7 +320,7 @@ class _At:
     def equation(self, place: Place, u: Matrix, v: Matrix) -> tuple[Matrix, Matrix]:
         """Mass and forces there, at these components of displacement and velocity."""
         w = self.w
-        instant = w.instant(tau_of(w.instants, place.u))
+        instant = w.when(place.u)
         if isinstance(place.force, N_discrete):
             old, new = (list(w.vector(argument)) for argument in place.force.args)
             mass, force = discrete_equation(w.motion, old, new, list(v), instant)
