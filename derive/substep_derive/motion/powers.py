@@ -2,7 +2,6 @@
 
 from sympy import Expr, Integer, sympify
 
-from ..declare.branches import slope
 from ..declare.potentials import tidy
 from ..declare.symbols import t
 from .equations import EquationsOfMotion
@@ -23,7 +22,7 @@ def powers(motion: EquationsOfMotion) -> dict[str, Expr]:
     pairs = list(zip(motion.coordinates, v, strict=True))
     given = {"forces": scene.forces, "load": scene.load}
     found = {
-        "dissipation": -sum((slope(scene.dissipation, r) * r for r in v), Integer(0)),
+        "dissipation": -sum((scene.dissipation.diff(r) * r for r in v), Integer(0)),
         **{f"{kind} {q}": sympify(on.get(q, 0)) * r for kind, on in given.items() for q, r in pairs},
         "time": (V - T).diff(t),
         "frame": linear + 2 * T.subs(at_rest) if T.has(t) else Integer(0),
