@@ -7,20 +7,12 @@ from typing import Any, Protocol
 import numpy as np
 
 from .arrays import Array
-from .scenes import Scene
+from .rows import Rows
 
 
-class _Run(Protocol):
-    """A response of a scene, as far as its energy is asked about: see `substep.core.response.Response`."""
+class _Run(Rows, Protocol):
+    """A response of a scene, as far as its energy is asked about."""
 
-    @property
-    def scene(self) -> Scene: ...
-    @property
-    def t(self) -> Any: ...
-    @property
-    def u(self) -> Array: ...
-    @property
-    def v(self) -> Array: ...
     @property
     def energy(self) -> Any: ...
     @property
@@ -33,7 +25,6 @@ class _Run(Protocol):
     def powers(self) -> Any: ...
     @property
     def power_of_each(self) -> Any: ...
-    def memory_of_rows(self, rows: slice) -> tuple[Array, ...]: ...
 
 
 def powers(r: _Run) -> Mapping[str, Array]:
