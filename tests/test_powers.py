@@ -1,9 +1,13 @@
 """The power of what gives energy to a scene or takes it, and what is left for the scheme: against fine steps."""
 
+from typing import Any
+
 import numpy as np
 import pytest
+from scipy.integrate import simpson
 from substep_derive import Scene, optional, rate, t
-from sympy import Symbol, cos, sin
+from substep_derive.declare.scenes import ALL
+from sympy import Abs, Rational, Symbol, cos, lambdify, sin
 
 import substep as ss
 
@@ -90,3 +94,95 @@ def test_contacts_and_friction_are_left_to_impacts() -> None:
             "named", coordinates={x: "m"}, kinetic=rate(x) ** 2, potential=x, parameters=(optional(Symbol("k"), 1),),
             start={x: 0, rate(x): 0}, length=1, outputs={"powers": x},
         )  # fmt: skip
+
+
+wind, motor = Symbol("wind"), Symbol("motor")
+# a cart whose motor is slowed by a drag, and on it a pendulum in a wind; a load pushes both
+DRIVEN = Scene(
+    "driven_cart", coordinates={x: "m", theta: "rad"},
+    kinetic=rate(x) ** 2 + rate(x) * rate(theta) * cos(theta) / 2 + rate(theta) ** 2 / 2,
+    potential=5 * x**2 - 5 * cos(theta), dissipation=Abs(rate(theta)) ** 3 / 30,
+    forces={x: motor - Abs(rate(x)) * rate(x), theta: wind * (cos(theta) - rate(theta)) * cos(t)},
+    load={x: sin(3 * t), theta: t / 4}, parameters=(optional(wind, Rational(3, 2)), optional(motor, 2)),
+    start={x: 0, theta: 1, rate(x): 0, rate(theta): 0}, length=1, outputs={"drag": -Abs(rate(x)) ** 3},
+)  # fmt: skip
+DECLARED = {s.name: s for s in (*ALL, DRIVEN)}
+
+
+def declared_powers(r: Any) -> dict[str, np.ndarray]:
+    """Of each force and load, the expression that is declared times the rate, evaluated in the rows."""
+    scene = DECLARED[r.scene.name]
+    symbols = [t, *scene.coordinates, *scene.rates, *(p.symbol for p in scene.parameters)]
+    values = [r.t, *r.u.T, *r.v.T, *r.scene.parameters.values()]
+    given = {"forces": scene.forces, "load": scene.load}
+    on = {f"{kind} {q}": e * rate(q) for kind, forces in given.items() for q, e in forces.items()}
+    return {name: lambdify(symbols, e)(*values) for name, e in on.items()}
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("name", ["van_der_pol", "cart_pole", "driven_duffing", "driven_cart"])
+def test_each_force_has_the_power_that_its_declaration_says(name: str) -> None:
+    """And together with what is dissipated they are the change of energy, by Simpson's rule over fine steps."""
+    scene = ss.scene(DRIVEN) if name == "driven_cart" else ss.scene(name, **GIVEN.get(name, {}))
+    r = ss.march(scene, "dormand_prince", dt=1e-3, t_end=1.0)
+    expected = declared_powers(r)
+    dissipated = {"dissipation"} if DECLARED[name].dissipation != 0 else set()
+    assert r.power_of_each.keys() == expected.keys() | dissipated
+    assert expected
+    for part, power in expected.items():
+        assert np.ptp(power) > 0.01
+        np.testing.assert_allclose(r.power_of_each[part], power, rtol=1e-12, atol=1e-12)
+    work = {part: float(simpson(power, x=r.t)) for part, power in r.power_of_each.items()}
+    assert sum(work.values()) == pytest.approx(r.energy[-1] - r.energy[0], abs=1e-7)
+    assert all(abs(w) > 1e-4 for w in work.values())  # each counts in the balance
+
+
+@pytest.mark.usefixtures("uncompiled")
+def test_powers_are_the_sums_of_the_parts() -> None:
+    """An effect within the force on a coordinate is had as an output: here the drag, beside which the motor is left."""
+    r = ss.march(DRIVEN, "bathe", dt=0.01, t_end=1.0)
+    each = r.power_of_each
+    assert list(r.powers) == ["dissipation", "forces", "load"]
+    for kind in ("forces", "load"):
+        np.testing.assert_array_equal(r.powers[kind], each[f"{kind} x"] + each[f"{kind} theta"])
+    np.testing.assert_allclose(each["forces x"] - r.outputs["drag"], 2.0 * r.v[:, 0], rtol=0, atol=1e-14)
+
+
+@pytest.mark.usefixtures("uncompiled")
+def test_each_constraint_has_its_own_power() -> None:
+    """A drive moves a cart, on which a rod holds a point: the drive gives all energy, the rod passes it on."""
+    drive, mass = Symbol("s"), Rational(1, 2)
+    carried = Scene(
+        "carried", coordinates={drive: "m", x: "m", y: "m"},
+        kinetic=rate(drive) ** 2 / 2 + mass * (rate(x) ** 2 + rate(y) ** 2) / 2, potential=mass * 10 * y,
+        constraints={"drive": drive - sin(2 * t) / 2, "rod": ((x - drive) ** 2 + y**2 - 1) / 2}, parameters=(),
+        start={drive: 0, x: Rational(3, 5), y: Rational(-4, 5), rate(drive): 1, rate(x): 1, rate(y): 0}, length=1,
+    )  # fmt: skip
+    r = ss.march(carried, "generalized_alpha", dt=1e-3, t_end=1.0)
+    each = r.power_of_each
+    assert each.keys() == {"constraints drive", "constraints rod"}
+    np.testing.assert_allclose(each["constraints drive"], -r.multipliers["drive"] * np.cos(2 * r.t), rtol=0, atol=1e-4)
+    assert np.abs(each["constraints rod"]).max() < 1e-4
+    assert np.ptp(r.energy) > 1.0
+    assert simpson(each["constraints drive"], x=r.t) == pytest.approx(r.energy[-1] - r.energy[0], abs=1e-4)
+    np.testing.assert_array_equal(r.powers["constraints"], sum(each.values()))
+
+
+@pytest.mark.usefixtures("uncompiled")
+def test_forces_that_do_no_work_together_are_seen_apart() -> None:
+    """A gyroscopic force passes energy from one coordinate to the other; both have their power, and the sum is 0."""
+    turning = Scene(
+        "turning", coordinates={x: "m", y: "m"}, kinetic=(rate(x) ** 2 + rate(y) ** 2) / 2,
+        potential=2 * (x**2 + y**2), forces={x: 3 * rate(y), y: -3 * rate(x)}, parameters=(),
+        start={x: 1, y: 0, rate(x): 0, rate(y): 0}, length=1,
+    )  # fmt: skip
+    r = ss.march(turning, "rk4", dt=0.01, t_end=1.0)
+    assert np.ptp(r.power_of_each["forces x"]) > 1.0
+    np.testing.assert_allclose(r.power_of_each["forces y"], -3 * r.v[:, 0] * r.v[:, 1], rtol=1e-14, atol=1e-14)
+    assert np.abs(r.powers["forces"]).max() < 1e-14
+
+
+def test_what_has_no_powers_says_what_there_is_instead() -> None:
+    r = ss.march(ss.structure([[1.0]], K=[[4.0]]), "bathe", dt=0.1, t_end=0.5, start={"u": [1.0], "v": [0.0]})
+    with pytest.raises(AttributeError, match="expected a response of a scene for powers .* got one of a structure"):
+        r.power_of_each

@@ -3,7 +3,7 @@
 from functools import reduce
 from typing import Any
 
-from sympy import Abs, Dummy, Expr, Function, Integer, Max, Min, Piecewise, S, ordered, sign
+from sympy import Abs, Expr, Function, Integer, Max, Min, S, ordered, sign
 
 
 class larger(Function):
@@ -11,10 +11,10 @@ class larger(Function):
 
     nargs = 2
 
-    def fdiff(self, argindex: Any = 1) -> Expr:
-        """The derivative, by branch: where both are equal, that of the first."""
+    def _eval_derivative(self, s: Any) -> Expr:
+        """By branch: where both are equal, the derivative of the first."""
         x, y = self.args
-        return where_at_least(x, y, Integer(argindex == 1), Integer(argindex == 2))
+        return where_at_least(x, y, x.diff(s), y.diff(s))
 
     def _latex(self, printer: Any) -> str:
         return rf"\max\left({', '.join(map(printer.doprint, self.args))}\right)"
@@ -25,10 +25,10 @@ class smaller(Function):
 
     nargs = 2
 
-    def fdiff(self, argindex: Any = 1) -> Expr:
-        """The derivative, by branch: where both are equal, that of the first."""
+    def _eval_derivative(self, s: Any) -> Expr:
+        """By branch: where both are equal, the derivative of the first."""
         x, y = self.args
-        return where_at_least(y, x, Integer(argindex == 1), Integer(argindex == 2))
+        return where_at_least(y, x, x.diff(s), y.diff(s))
 
     def _latex(self, printer: Any) -> str:
         return rf"\min\left({', '.join(map(printer.doprint, self.args))}\right)"
@@ -39,10 +39,10 @@ class where_at_least(Function):
 
     nargs = 4
 
-    def fdiff(self, argindex: Any = 1) -> Expr:
-        """The derivative, by branch: nothing by what decides."""
-        a, b, *_ = self.args
-        return where_at_least(a, b, Integer(argindex == 3), Integer(argindex == 4)) if argindex > 2 else Integer(0)
+    def _eval_derivative(self, s: Any) -> Expr:
+        """By branch: what decides adds nothing."""
+        a, b, x, y = self.args
+        return where_at_least(a, b, x.diff(s), y.diff(s))
 
     def _latex(self, printer: Any) -> str:
         a, b, x, y = map(printer.doprint, self.args)
@@ -113,22 +113,5 @@ def unevaluated(expression: Expr) -> Expr:
 
 
 def slope(expression: Expr, symbol: Expr) -> Expr:
-    """The derivative, by branch: where arguments of Min or Max are equal, that of one of them."""
-    if symbol not in expression.free_symbols:
-        return Integer(0)
-    if not expression.has(larger, smaller, where_at_least, Piecewise):
-        return expression.diff(symbol)
-    if isinstance(expression, larger | smaller):
-        x, y = expression.args
-        low, high = (y, x) if isinstance(expression, larger) else (x, y)
-        return where_at_least(high, low, slope(x, symbol), slope(y, symbol))
-    if isinstance(expression, where_at_least):
-        a, b, x, y = expression.args
-        return where_at_least(a, b, slope(x, symbol), slope(y, symbol))
-    if isinstance(expression, Piecewise):
-        return Piecewise(*((slope(x, symbol), condition) for x, condition in expression.args))
-    parts = [Dummy() if x.has(symbol) else x for x in expression.args]
-    outer = expression.func(*parts)
-    moving = {part: x for part, x in zip(parts, expression.args, strict=True) if isinstance(part, Dummy)}
-    total = sum((outer.diff(part) * slope(x, symbol) for part, x in moving.items()), Integer(0))
-    return total.subs(moving, simultaneous=True)
+    """The derivative by a symbol; 0 by a number, which stands where a vector has no component to move."""
+    return expression.diff(symbol) if symbol in expression.free_symbols else Integer(0)

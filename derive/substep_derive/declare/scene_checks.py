@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from sympy import Expr, Interval, Matrix, Max, Min, Piecewise, Rational, Symbol, eye
 
-from .branches import larger, slope, smaller, where_at_least
+from .branches import larger, smaller, where_at_least
 from .errors import DeclarationError
 from .expressions import require_known
 from .law import Element
@@ -285,7 +285,7 @@ def _dissipation(scene: _Declared) -> None:
         return
     values = {p.symbol: p.inside(Rational(3, 7)) for p in held}
     values |= {x: Rational(3, 5 + k) for k, x in enumerate(q)}
-    second = Matrix([[_decided(slope(slope(e, a), b)) for b in v] for a in v]).subs(values)
+    second = Matrix([[_decided(e.diff(a).diff(b)) for b in v] for a in v]).subs(values)
     for shift in range(len(TRIED)):
         rates = {x: TRIED[(k + shift) % len(TRIED)] for k, x in enumerate(v)}
         numbers = second.subs(rates).evalf(30) + TINY * eye(len(v))

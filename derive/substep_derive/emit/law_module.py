@@ -4,7 +4,6 @@ from collections.abc import Collection, Iterable
 
 from sympy import Expr, Symbol
 
-from ..declare.branches import slope
 from ..declare.digest import law_digest
 from ..declare.law import Law, e, e_dot, elapsed
 from ..declare.names import printed
@@ -26,7 +25,7 @@ def law_module(law: Law) -> str:
     values, kept, new = _places("parameters", parameters), _places("memory", keeps), _places("new", keeps)
     outputs: list[tuple[str, Expr]] = [
         ("force[i]", law.trial),
-        ("tangent[i]", slope(law.trial, e)),
+        ("tangent[i]", law.trial.diff(e)),
         ("damping[i]", law.trial.diff(e_dot)),
         *((place, law.update[s]) for place, s in zip(new, law.memory, strict=False)),
     ]

@@ -12,7 +12,7 @@ from ..motion.discrete import discrete_equation
 from ..motion.equations import solved
 from ..step.places import Place, places
 from ..step.step import Stage, Step
-from .remembering import of_balance, tau_of
+from .remembering import of_balance
 from .together import split, unknowns
 
 
@@ -64,7 +64,7 @@ class AtKnots:
     def equation(self, place: Place, u: Matrix, v: Matrix) -> tuple[Matrix, Matrix]:
         """Mass and forces there, at these components of displacement and velocity."""
         w = self.w
-        instant = w.instant(tau_of(w.instants, place.u))
+        instant = w.when(place.u)
         if isinstance(place.force, N_discrete):
             old, new = (list(w.vector(argument)) for argument in place.force.args)
             mass, force = discrete_equation(w.motion, old, new, list(v), instant)

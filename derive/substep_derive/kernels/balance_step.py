@@ -26,7 +26,6 @@ from sympy import (
     zeros,
 )
 
-from ..declare.branches import slope as slope_of
 from ..declare.names import entry_name
 from ..declare.parameter import POSITIVE
 from ..declare.scheme import Balance
@@ -34,6 +33,7 @@ from ..declare.symbols import N, N_discrete, h
 from ..motion.components import Assignments, Writer, assign
 from ..motion.equations import EquationsOfMotion
 from ..step.step import Stage
+from ..step.times import instant_of
 from .branches import root
 from .together import Reach, begun_together, predicted, reached, split, unknowns
 
@@ -270,7 +270,7 @@ def _rate_force(w: Writer, speed: Matrix, z: Matrix) -> tuple[Matrix, Matrix]:
     """The force of laws of the rate at the velocity of the damping force, and its derivative by z."""
     rates = dict(zip(w.motion.scene.rates, w.hoisted(speed), strict=True))
     force = w.motion.rate_force.subs(rates, simultaneous=True)
-    return force, _jacobian(force, z)
+    return force, force.jacobian(z)
 
 
 def _displacement(balance: Balance) -> Expr:
@@ -316,21 +316,16 @@ def _moving_force(w: Writer, stage: Stage, reach: Reach) -> tuple[Assignments, M
         {a for e in given for atom in e.atoms(N, N_discrete) for a in atom.args if not a.is_Symbol}, key=str
     )
     names = {a: Symbol(f"u_*mix{k}") for k, a in enumerate(a for a in arguments if a.free_symbols & stage.moved)}
-    w.instants |= {name: a.subs({**w.instants, h: 1}) for a, name in names.items()}
+    w.instants |= {name: instant_of(a, w.instants) for a, name in names.items()}
     given = [e.subs(names) for e in given]
     follows = {*stage.moved, *names.values()}
     known = [e.subs({a: 0 for a in e.atoms(N, N_discrete) if a.free_symbols & follows}) for e in given]
     forces = Matrix.vstack(*(w.vector(e - rest) for e, rest in zip(given, known, strict=True)))
     by_z = zeros(len(forces))
     for s, by_own in reach.items():
-        by_s = _jacobian(forces, w.components(s))
+        by_s = forces.jacobian(w.components(s))
         for a, name in names.items():
-            by_s += _jacobian(forces, w.components(name)) * w.vector(a).jacobian(w.components(s))
+            by_s += forces.jacobian(w.components(name)) * w.vector(a).jacobian(w.components(s))
         by_z += Matrix.hstack(*(by_s.applyfunc(lambda e, c=c: _distributed(w, c, e)) for c in by_own))
     mixed = [both for a, name in names.items() for both in assign(w.components(name), w.hoisted(w.vector(a)))]
     return mixed, forces, Matrix.vstack(*map(w.vector, known)), by_z
-
-
-def _jacobian(forces: Matrix, by: Matrix) -> Matrix:
-    """The derivatives of forces, by branch."""
-    return Matrix([[slope_of(e, s) for s in by] for e in forces])

@@ -11,11 +11,11 @@ from ..declare.symbols import h
 from ..motion.components import Writer
 from ..step.places import Place
 from ..step.step import Step
-from ..step.times import moved
+from ..step.times import instant_of, moved
 from .at_knots import AtKnots
 from .balance_step import Part
 from .reactions import Moving, by_velocity, rows_of
-from .remembering import lasting, lasting_at, of_balance, pushed, tau_of
+from .remembering import lasting, lasting_at, of_balance, pushed
 from .together import Reach
 
 Taken = tuple[Matrix, Place | None, Matrix]  # inertia with the known accelerations, the place that moves, the load
@@ -125,7 +125,7 @@ def _of_balance(
         w.reactions[s] = unknown
         return rows, (held, rate, mean), ()
     v, share = velocity if place.u == s else place.v, place.weight / at.by_z(inertia)[number]
-    kept = lasting(w, k, (place.u, tau_of(w.instants, place.u)), at.in_z(place.u), at.in_z(v))
+    kept = lasting(w, k, (place.u, instant_of(place.u, w.instants)), at.in_z(place.u), at.in_z(v))
     w.reactions[s] = lasting_at(w.motion.scene, k)
     push = pushed(w, k, where.names, where.when, unknown, w.constant(share))
     return rows, (held, rate, mean), (*kept, push)

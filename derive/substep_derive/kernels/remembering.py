@@ -8,16 +8,16 @@ nothing touches, as in Chen, Acary, Virlez & Bruels, Int. J. Numer. Meth. Engng 
 
 from collections.abc import Mapping
 
-from sympy import Expr, Integer, Matrix, Symbol, factor, zeros
+from sympy import Expr, Integer, Matrix, Symbol, zeros
 
 from ..constrained.explicit import explicit
 from ..declare.names import label_name
 from ..declare.scene import Scene
-from ..declare.symbols import N, f, h, kind_of, knot_of, successor
+from ..declare.symbols import N, f, kind_of, knot_of, successor
 from ..motion.components import Assignments, Writer, assign
 from ..motion.equations import solved
 from ..step.step import Step
-from ..step.times import impulses, instants_of, newest
+from ..step.times import impulses, instant_of, instants_of, newest
 from .balance_step import Part
 from .held_block import held_block, held_solution
 
@@ -53,12 +53,8 @@ def loads_of(step: Step, scene: Scene) -> list[Expr]:
     if not (scene.impulsive and scene.constraints) or explicit(step):
         return []
     at = instants_of(step)
-    return [f(tau_of(at, force.args[0])) for stage in step.stages for b in stage.balances for force in b.force.atoms(N)]
-
-
-def tau_of(instants: Mapping[Symbol, Expr], displacement: Expr) -> Expr:
-    """When a displacement is, or a mixture of some, in steps after t_n."""
-    return factor(displacement.subs({**instants, h: 1}, simultaneous=True))
+    atoms = (atom for stage in step.stages for b in stage.balances for atom in b.force.atoms(N))
+    return [f(instant_of(atom.args[0], at)) for atom in atoms]
 
 
 def lasting(w: Writer, k: int, where: tuple[Expr, Expr], u: Matrix, v: Matrix) -> list[Part]:

@@ -27,6 +27,7 @@ from ..declare.law import elapsed
 from ..declare.names import entry_name, python_name
 from ..declare.scheme import Scheme
 from ..declare.symbols import K0, C, K_t, M, N, N_discrete, f, h, knot_of, sampled, t
+from ..step.times import instant_of
 from .discrete import discrete_directions, discrete_gradient
 from .equations import EquationsOfMotion
 
@@ -100,7 +101,7 @@ class Writer:
 
     def when(self, argument: Expr) -> Expr:
         """The time of a displacement, or of a mixture of some."""
-        return self.instant(argument.subs({**self.instants, h: 1}))
+        return self.instant(instant_of(argument, self.instants))
 
     def reaction(self, force: Expr, u: Sequence[Expr], at: Expr | None = None) -> Matrix:
         """The reaction beside an internal force, at u and a time, from the multipliers there; 0 without constraints."""
@@ -147,7 +148,7 @@ class Writer:
         return self.memory(place) | {elapsed: self._since(argument, place)}
 
     def _since(self, argument: Expr, place: int) -> Expr:
-        return self.constant(h * (argument.subs({**self.instants, h: 1}) - list(self.committed.values())[place]))
+        return self.constant(h * (instant_of(argument, self.instants) - list(self.committed.values())[place]))
 
     def memory(self, place: int) -> dict[Symbol, Symbol]:
         """The names of the memory after so many commits of a step."""

@@ -25,7 +25,6 @@ from sympy import (
     zoo,
 )
 
-from ..declare.branches import slope
 from ..declare.law import Element, e_dot, elapsed
 from ..declare.parameter import POSITIVE
 from ..declare.potentials import abs_power, contact, tidy
@@ -104,7 +103,7 @@ class EquationsOfMotion:
     def bends_at_rest(self) -> bool:
         """Whether the slope of those forces by the rates has no bound where all rates are 0, as that of sqrt(|v|)."""
         v = self.scene.rates
-        at_rest = [slope(e, r).subs(dict.fromkeys(v, 0)) for e in self.rate_force for r in v]
+        at_rest = [e.diff(r).subs(dict.fromkeys(v, 0)) for e in self.rate_force for r in v]
         powers = (power.args for e in at_rest for power in e.atoms(abs_power))
         return any(e.has(zoo, nan, oo) for e in at_rest) or any(x == 0 and not p.is_nonnegative for x, p in powers)
 
@@ -132,7 +131,7 @@ class EquationsOfMotion:
             momentum = T.diff(v)
             change = sum((momentum.diff(p) * r for p, r in zip(self.coordinates, self.scene.rates, strict=True)), 0 * v)
             inertial = factor_terms((change + momentum.diff(t) - T.diff(q)).expand())
-            given = inertial, slope(self.scene.dissipation, v), -self.scene.forces.get(q, Integer(0))
+            given = inertial, self.scene.dissipation.diff(v), -self.scene.forces.get(q, Integer(0))
             found.append([term for e in given for term in Add.make_args(e)])
         return found
 
@@ -149,7 +148,7 @@ class EquationsOfMotion:
     def damping(self) -> Matrix:
         """Damping matrix (d, d), constant; zeros where forces depend on the rates in any other way."""
         v, others = self.scene.rates, self.of_terms(True, False)
-        found = Matrix([[slope(e, r) for r in v] for e in others])
+        found = Matrix([[e.diff(r) for r in v] for e in others])
         if found.free_symbols & {*self.coordinates, *v, t}:
             return zeros(len(v))
         return found
@@ -258,13 +257,13 @@ class EquationsOfMotion:
 
     @cached_property
     def _tangent(self) -> Matrix:
-        of_forces = Matrix([[slope(e, q) for q in self.coordinates] for e in self.of_terms(False, True)])
+        of_forces = Matrix([[e.diff(q) for q in self.coordinates] for e in self.of_terms(False, True)])
         return self._of_potential.jacobian(self.coordinates) + of_forces + self._tangent_of_laws
 
     @cached_property
     def _tangent_of_laws(self) -> Matrix:
         """The slope of their force at the coordinates, by branch."""
-        return Matrix([[slope(x, q) for q in self.coordinates] for x in self._of_laws(of_rate=False)])
+        return Matrix([[x.diff(q) for q in self.coordinates] for x in self._of_laws(of_rate=False)])
 
     @cached_property
     def held(self) -> Held:

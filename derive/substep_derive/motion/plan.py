@@ -23,7 +23,7 @@ from ..declare.errors import DeclarationError
 from ..declare.scheme import Balance, Scheme
 from ..declare.symbols import K0, C, K_t, M, N, N_discrete, f, h, knot, knot_of
 from ..step.step import Stage, Step
-from ..step.times import SubStepEnd, impulses, instants_of, moved, passed, sub_step_ends
+from ..step.times import SubStepEnd, impulses, instant_of, instants_of, moved, passed, sub_step_ends
 
 MATRICES = (M, C, K0)
 Row = Mapping[Symbol, Expr]  # vector -> its coefficient, a number once h and the parameters are given
@@ -289,14 +289,10 @@ class _Writer:
         for atom, w in self._terms(e):
             rows = [self.row(cast(Expr, argument)) for argument in atom.args]
             if isinstance(atom, N):
-                forces.append((w, rows[0], self._instant(atom)))
+                forces.append((w, rows[0], instant_of(cast(Expr, atom.args[0]), self.instants)))
             else:
                 differences.append((w, rows[0], rows[1]))
         return tuple(forces), tuple(differences)
-
-    def _instant(self, force: Expr) -> Expr:
-        """When a motion of constant velocity passes the displacement of a force, in steps after t_n."""
-        return factor(cast(Expr, force.args[0]).subs({**self.instants, h: Integer(1)}, simultaneous=True))
 
     def _terms(self, e: Expr) -> list[tuple[Expr, Expr]]:
         """(symbol of a knot, force or load; its coefficient) of each term of an expression linear in them."""
@@ -313,10 +309,11 @@ class _Writer:
         forces, loads = list[tuple[Expr, Row, Expr]](), list[tuple[Expr, Expr]]()
         for atom, (number, *parts) in members:
             if isinstance(atom, N | f) and not any(parts):
+                argument = cast(Expr, atom.args[0])
                 if isinstance(atom, N):
-                    forces.append((-number, self.row(cast(Expr, atom.args[0])), self._instant(atom)))
+                    forces.append((-number, self.row(argument), instant_of(argument, self.instants)))
                 else:
-                    loads.append((number, cast(Expr, atom.args[0])))
+                    loads.append((number, argument))
                 continue
             if number != 0 or isinstance(atom, N | f | N_discrete):
                 raise self._refused(f"{atom} over matrices to have the units of a vector", number)

@@ -2,7 +2,6 @@
 
 from sympy import Expr, Integer, sympify
 
-from ..declare.branches import slope
 from ..declare.potentials import tidy
 from ..declare.symbols import t
 from .equations import EquationsOfMotion
@@ -11,19 +10,20 @@ from .equations import EquationsOfMotion
 def powers(motion: EquationsOfMotion) -> dict[str, Expr]:
     """The power of each, by name, in coordinates, rates and t; reactions and laws apart, and those that are 0.
 
-    Of time it is that of energies which hold it: with T_k of degree k in the rates, T_2 - T_0 + V changes by
-    d(V - T)/dt at fixed coordinates and rates. Where the kinetic energy holds time, `frame` is T_1 + 2 T_0, by which
-    the energy that is reported, T + V, is beyond that.
+    Forces and loads are each by themselves, `forces x` and `load x` on the coordinate x. Of time it is that of energies
+    which hold it: with T_k of degree k in the rates, T_2 - T_0 + V changes by d(V - T)/dt at fixed coordinates and
+    rates. Where the kinetic energy holds time, `frame` is T_1 + 2 T_0, by which the energy that is reported, T + V, is
+    beyond that.
     """
     scene, v = motion.scene, motion.scene.rates
     T, V = motion.kinetic, tidy(scene.potential).subs(scene.invariants)
     at_rest = dict.fromkeys(v, Integer(0))
     linear = sum((T.diff(r).subs(at_rest) * r for r in v), Integer(0))
     pairs = list(zip(motion.coordinates, v, strict=True))
+    given = {"forces": scene.forces, "load": scene.load}
     found = {
-        "dissipation": -sum((slope(scene.dissipation, r) * r for r in v), Integer(0)),
-        "forces": sum((scene.forces.get(q, Integer(0)) * r for q, r in pairs), Integer(0)),
-        "load": sum((sympify(scene.load.get(q, 0)) * r for q, r in pairs), Integer(0)),
+        "dissipation": -sum((scene.dissipation.diff(r) * r for r in v), Integer(0)),
+        **{f"{kind} {q}": sympify(on.get(q, 0)) * r for kind, on in given.items() for q, r in pairs},
         "time": (V - T).diff(t),
         "frame": linear + 2 * T.subs(at_rest) if T.has(t) else Integer(0),
     }

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 
-from sympy import Abs, Expr, Integer, Matrix, Symbol, cancel, diff, linsolve, ordered, sympify
+from sympy import Abs, Expr, Integer, Matrix, Symbol, cancel, diff, factor, linsolve, ordered, sympify
 
 from ..algebra.constant import reduced
 from ..declare.errors import DeclarationError
@@ -85,6 +85,14 @@ def sub_step_ends(step: Step) -> Sequence[SubStepEnd]:
 def instants_of(step: Step) -> Mapping[Symbol, Expr]:
     """Of each displacement of a step its instant, in steps after t_n."""
     return {s: sympify(e) for s, e in passed(step).items() if kind_of(s) == 0}
+
+
+def instant_of(displacement: Expr, instants: Mapping[Symbol, Expr]) -> Expr:
+    """When a motion of constant velocity passes a displacement, or a mixture of some, in steps after t_n.
+
+    instants: those of the displacements that it is made of, as `instants_of` gives them.
+    """
+    return factor(displacement.subs({**instants, h: Integer(1)}, simultaneous=True))
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,7 @@ def acceleration(omega_, xi_, strength_, hardening_, u0_, v0_, t, displacement, 
     return np.stack(np.broadcast_arrays(value, displacement[..., 0])[:-1], axis=-1)
 
 
-POWERS = ('dissipation', 'load',)
+POWERS = ('dissipation', 'load u',)
 
 
 def powers(omega_, xi_, strength_, hardening_, u0_, v0_, t, displacement, velocity, memory, f):

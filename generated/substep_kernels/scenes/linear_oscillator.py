@@ -30,7 +30,7 @@ def acceleration(omega_, xi_, u0_, v0_, t, displacement, velocity, f):
     return np.stack(np.broadcast_arrays(value, displacement[..., 0])[:-1], axis=-1)
 
 
-POWERS = ('dissipation', 'load',)
+POWERS = ('dissipation', 'load u',)
 
 
 def powers(omega_, xi_, u0_, v0_, t, displacement, velocity, f):

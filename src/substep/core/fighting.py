@@ -8,6 +8,7 @@ from typing import Any, Protocol, cast
 import numpy as np
 
 from .arrays import Array
+from .rows import Rows
 from .scenes import Scene
 
 TOUCHES = 1e-8  # of the scene's length, and of the velocity: what is nearer is in contact, what is slower sticks
@@ -25,24 +26,15 @@ class _Scheme(Protocol):
     def kind(self) -> str | None: ...
 
 
-class _Run(Protocol):
-    """A response of a scene, as far as it is asked where it has ended: see `substep.core.response.Response`."""
+class _Run(Rows, Protocol):
+    """A response of a scene, as far as it is asked where it has ended."""
 
     @property
-    def scene(self) -> Scene: ...
-    @property
-    def t(self) -> Any: ...
-    @property
     def scheme(self) -> "_Scheme": ...
-    @property
-    def u(self) -> Array: ...
-    @property
-    def v(self) -> Array: ...
     @property
     def memories(self) -> Array | None: ...
     @property
     def energy(self) -> Any: ...
-    def memory_of_rows(self, rows: slice) -> tuple[Array, ...]: ...
 
 
 @dataclass(frozen=True)

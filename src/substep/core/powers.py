@@ -7,20 +7,12 @@ from typing import Any, Protocol
 import numpy as np
 
 from .arrays import Array
-from .scenes import Scene
+from .rows import Rows
 
 
-class _Run(Protocol):
-    """A response of a scene, as far as its energy is asked about: see `substep.core.response.Response`."""
+class _Run(Rows, Protocol):
+    """A response of a scene, as far as its energy is asked about."""
 
-    @property
-    def scene(self) -> Scene: ...
-    @property
-    def t(self) -> Any: ...
-    @property
-    def u(self) -> Array: ...
-    @property
-    def v(self) -> Array: ...
     @property
     def energy(self) -> Any: ...
     @property
@@ -31,16 +23,27 @@ class _Run(Protocol):
     def multipliers(self) -> Any: ...
     @property
     def powers(self) -> Any: ...
-    def memory_of_rows(self, rows: slice) -> tuple[Array, ...]: ...
+    @property
+    def power_of_each(self) -> Any: ...
 
 
 def powers(r: _Run) -> Mapping[str, Array]:
     """See `Response.powers`."""
+    found: dict[str, Array] = {}
+    for name, x in r.power_of_each.items():
+        kind = name.partition(" ")[0]
+        found[kind] = found[kind] + x if kind in found else x
+    return found
+
+
+def power_of_each(r: _Run) -> Mapping[str, Array]:
+    """See `Response.power_of_each`."""
     _require_scene(r)
     found = {name: x for name, x in _of_scene(r).items() if name != "frame"}
     if names := r.scene.info.multipliers:
         along = np.einsum("ncd,nd->nc", r.scene.directions(r.t, r.u)[:, : len(names)], r.v)
-        found["constraints"] = -(np.column_stack(list(r.multipliers.values())) * along).sum(axis=1)
+        reactions = zip(names, r.multipliers.values(), along.T, strict=True)
+        found |= {f"constraints {name}": -multiplier * rate for name, multiplier, rate in reactions}
     return found
 
 

@@ -17,7 +17,7 @@ from .exports import Histories, History, to_dataset, to_frame
 from .fighting import Acting, ending, known, of_scene, reacts_until, reason
 from .impacts import Impact, Touching, impacts, require_each_step
 from .loads import Load
-from .powers import numerical, powers
+from .powers import numerical, power_of_each, powers
 from .state import State
 from .unkept import unkept
 
@@ -223,9 +223,18 @@ class Response:
         """The power (n+1,), W, of what gives energy to the scene or takes it, by name: only of what is there.
 
         dissipation, forces and load as they are declared; time, of energies that hold it; constraints, by their
-        multipliers, which is 0 but for the scheme's error unless they move.
+        multipliers, which is 0 but for the scheme's error unless they move. `power_of_each` has their parts.
         """
         return powers(self)
+
+    @cached_property
+    def power_of_each(self) -> Mapping[str, Array]:
+        """The power (n+1,), W, of each force that `powers` adds up, by the name there and what it is declared for.
+
+        `forces x` and `load x` on the coordinate x, `constraints rod` of the constraint rod; dissipation and time have
+        no parts. All of them together are the sum of `powers`.
+        """
+        return power_of_each(self)
 
     @cached_property
     def numerical(self) -> Array:

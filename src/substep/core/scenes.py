@@ -201,7 +201,7 @@ class Scene:
         return found.reshape(*found.shape[:-1], len(self.info.frictions), 1 + len(self.info.contacts))
 
     def powers(self, t: Array, u: Array, v: Array, memory: Array | None = None) -> dict[str, Array]:
-        """The power (...,) of what gives energy to it or takes it, by name, W: see `Response.powers`.
+        """The power (...,) of what gives energy to it or takes it, by name, W: see `Response.power_of_each`.
 
         Beside them `frame`, J, of a kinetic energy that holds time: what its energy is beyond the one that they change.
         """

@@ -1,33 +1,20 @@
 """Constraints that a run cannot keep: which of them contradict each other, and where they repeat each other."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, Protocol, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from .arrays import Array
 from .constraints import ALLOWED
 from .fighting import listed
-from .scenes import Scene
+from .rows import Rows
 
 NEARLY = 1e-4  # of the least singular value at the start: where directions have less, constraints repeat each other
 SHOWS = 1e-2  # of the largest part in what repeats, or is left: a constraint with less has none
 PLACES = 17  # in a step, at which it is looked at for the least singular value
 HALVINGS = 40
 ROWS = 64  # of a completed run that are looked at
-
-
-class _Run(Protocol):
-    """A response of a scene, as far as its constraints are asked about: see `substep.core.response.Response`."""
-
-    @property
-    def scene(self) -> Scene: ...
-    @property
-    def t(self) -> Any: ...
-    @property
-    def u(self) -> Array: ...
-    @property
-    def v(self) -> Array: ...
 
 
 class _Reached(NamedTuple):
@@ -46,7 +33,7 @@ class _Reached(NamedTuple):
 class _Directions:
     """The gradients of the constraints of a run, each over its size at the start."""
 
-    def __init__(self, r: _Run) -> None:
+    def __init__(self, r: Rows) -> None:
         self.scene, self.names = r.scene, r.scene.info.multipliers
         self.sizes, self.first = np.ones(len(self.names)), 1.0
         t, u = r.t[:1], np.asarray(r.u)[:1]
@@ -86,7 +73,7 @@ def _least(directions: Array) -> Array:
     return np.asarray(np.linalg.svd(directions, compute_uv=False)[:, -1], dtype=np.float64)
 
 
-def unkept(r: _Run, end: float) -> str:
+def unkept(r: Rows, end: float) -> str:
     """Why no motion of a run from its last row to the time `end`, s, keeps its constraints, and the cure; else nothing.
 
     From where the motion leads straight ahead, and from the last row, what constraints leave is made least: where that
@@ -126,7 +113,7 @@ def unkept(r: _Run, end: float) -> str:
     return _repeated(of.names, found.shares, f"at t = {found.t:.6g} s") if found.least < NEARLY else ""
 
 
-def staying(r: _Run) -> str:
+def staying(r: Rows) -> str:
     """That a completed run stays where its constraints repeat each other, with the time and the cure; else nothing.
 
     Of at most 64 of its rows, evenly apart, two in a row are then such: a motion that passes over the place leaves one
