@@ -1,4 +1,4 @@
-"""Constraints and contacts: pendulums of rods beside elastic ones and Exudyn, a bouncing ball beside Siconos."""
+"""Constraints and contacts: rods beside Exudyn and beside elastic ones, a bouncing ball beside Siconos."""
 
 from typing import Any
 
@@ -8,12 +8,22 @@ import substep as ss
 
 from . import ours, peers
 from .job import Goal, Job, Table
-from .peers_constrained import ExudynPendulum, siconos_ball
+from .peers_constrained import ExudynRods, Place, siconos_ball
 from .timing import Alternative, Measured, cores, measure
 
 NAME = "constraints"
-G, RHO, DT, STEPS = 9.81, 0.8, 0.0002, 20_000
-CHAINS = {"rod_pendulum": {"L": 1.0, "m": 1.0, "v0": 0.0}, "rod_double_pendulum": {}}
+G, RHO, STEPS = 9.81, 0.8, 20_000
+ORIGIN = (0.0, 0.0)
+# parameters, step, points, rods between points or from pivots, and the velocity of the start; four_bar ends before its
+# bars are in line, where rounding decides how it goes on
+MECHANISMS: dict[str, tuple[dict[str, float], float, list[Place], list[tuple[int | Place, int]], Place]] = {
+    "rod_pendulum": ({"L": 1.0, "m": 1.0, "v0": 0.0}, 2e-4, [(1.0, 0.0)], [(ORIGIN, 0)], ORIGIN),
+    "rod_double_pendulum": ({}, 2e-4, [(1.0, 0.0), (2.0, 0.0)], [(ORIGIN, 0), (0, 1)], ORIGIN),
+    "four_bar": (
+        {"L": 1.0, "m": 1.0, "v0": 1.0}, 3e-5, [(0.0, 1.0), (1.0, 1.0)], [(ORIGIN, 0), (0, 1), ((1.0, 0.0), 1)],
+        (1.0, 0.0),
+    ),
+}  # fmt: skip
 LANES, LANE_STEPS, LANE_DT = 480, 400, 0.01
 BALL = (1.0, 10.0, 0.5, 0.00007, 20_000)  # height, g, restitution, step, steps
 ANDREWS = (0.03, 6000, "bdf3")  # end, steps, scheme
@@ -28,8 +38,8 @@ def job(quick: bool) -> Job:
     rounds = 5 if quick else 11
     found = Job(NAME, "Constraints and contacts, one core")
     with cores(1):
-        for masses, (name, given) in enumerate(CHAINS.items(), 1):
-            found.tables.append(_chain(found, name, masses, given, rounds))
+        for name in MECHANISMS:
+            found.tables.append(_rods(found, name, rounds))
         for scheme in ("generalized_alpha", "newmark_bdf2"):
             found.tables.append(_lanes(found, scheme, rounds))
         found.tables.append(_ball(found, rounds))
@@ -41,17 +51,18 @@ def job(quick: bool) -> Job:
     return found
 
 
-def _chain(found: Job, name: str, masses: int, given: dict[str, float], rounds: int) -> Table:
+def _rods(found: Job, name: str, rounds: int) -> Table:
     """Generalized alpha with positions as constraints, in both programs."""
+    given, dt, points, rods, velocity = MECHANISMS[name]
     scene, scheme = ss.scene(name, g=G, **given), ss.scheme("generalized_alpha", rho_inf=RHO)
 
     def march() -> Any:
-        return ss.march(scene, scheme, DT, STEPS * DT)
+        return ss.march(scene, scheme, dt, STEPS * dt)
 
-    u = march().u[-1].reshape(masses, 2)
+    u = march().u[-1].reshape(-1, 2)
     rows = [Alternative("substep", "substep", march, STEPS)]
     try:
-        program = ExudynPendulum(masses, G, RHO, DT, STEPS)
+        program = ExudynRods(points, rods, velocity, G, RHO, dt, STEPS)
         rows.append(Alternative("exudyn", "peer", program.run, STEPS, lambda x: {"u": float(np.abs(x - u).max())}))
     except peers.MissingPeerError as error:
         found.skipped[f"exudyn, {name}"] = str(error)

@@ -1,4 +1,4 @@
-"""Peers with constraints and contacts: Exudyn on pendulums of rods, Siconos on a bouncing ball."""
+"""Peers with constraints and contacts: Exudyn on points and rods, Siconos on a bouncing ball."""
 
 import json
 import os
@@ -13,12 +13,22 @@ from .peers import MissingPeerError, peer
 Array = NDArray[np.float64]
 
 
-class ExudynPendulum:
-    """A chain of point masses of 1 kg on rods of 1 m, from rest along x, in exudyn: generalized alpha, index 3."""
+Place = tuple[float, float]
 
-    def __init__(self, masses: int, g: float, rho_inf: float, dt: float, n: int):
+
+class ExudynRods:
+    """Point masses of 1 kg on rods of 1 m, in exudyn: generalized alpha, index 3.
+
+    points: where they start, with one velocity; rods: each from a point, by its number, or a pivot, to a point.
+    """
+
+    def __init__(
+        self, points: list[Place], rods: list[tuple[int | Place, int]], velocity: Place, g: float, rho_inf: float,
+        dt: float, n: int,
+    ):  # fmt: skip
         self.exudyn, self.items = peer("exudyn"), peer("exudyn.itemInterface")
-        self.masses, self.g, self.settings = masses, g, self._settings(rho_inf, dt, n)
+        self.points, self.rods, self.velocity, self.g = points, rods, velocity, g
+        self.settings = self._settings(rho_inf, dt, n)
 
     def _settings(self, rho_inf: float, dt: float, n: int) -> Any:
         """Fixed steps, a full Newton iteration with analytic tangents, and no files."""
@@ -34,19 +44,23 @@ class ExudynPendulum:
         return chosen
 
     def run(self) -> Array:
-        """All steps in one call; the last positions (masses, 2)."""
+        """All steps in one call; the last positions (points, 2)."""
         container, i = self.exudyn.SystemContainer(), self.items
         system = container.AddSystem()
         ground = system.AddObject(i.ObjectGround(referencePosition=[0, 0, 0]))
-        before, nodes = system.AddMarker(i.MarkerBodyPosition(bodyNumber=ground, localPosition=[0, 0, 0])), []
-        for k in range(self.masses):
-            node = system.AddNode(i.NodePoint2D(referenceCoordinates=[k + 1.0, 0.0]))
-            body = system.AddObject(i.ObjectMassPoint2D(mass=1.0, nodeNumber=node))
-            here = system.AddMarker(i.MarkerBodyPosition(bodyNumber=body, localPosition=[0, 0, 0]))
-            system.AddLoad(i.LoadForceVector(markerNumber=here, loadVector=[0, -self.g, 0]))
-            system.AddObject(i.ObjectConnectorDistance(markerNumbers=[before, here], distance=1.0))
-            nodes.append(node)
-            before = here
+        nodes, markers = [], []
+        for place in self.points:
+            node = i.NodePoint2D(referenceCoordinates=list(place), initialVelocities=list(self.velocity))
+            nodes.append(system.AddNode(node))
+            body = system.AddObject(i.ObjectMassPoint2D(mass=1.0, nodeNumber=nodes[-1]))
+            markers.append(system.AddMarker(i.MarkerBodyPosition(bodyNumber=body, localPosition=[0, 0, 0])))
+            system.AddLoad(i.LoadForceVector(markerNumber=markers[-1], loadVector=[0, -self.g, 0]))
+        for end, point in self.rods:
+            if isinstance(end, int):
+                begin = markers[end]
+            else:
+                begin = system.AddMarker(i.MarkerBodyPosition(bodyNumber=ground, localPosition=[*end, 0]))
+            system.AddObject(i.ObjectConnectorDistance(markerNumbers=[begin, markers[point]], distance=1.0))
         system.Assemble()
         system.SolveDynamic(self.settings, solverType=self.exudyn.DynamicSolverType.GeneralizedAlpha)
         position = self.exudyn.OutputVariableType.Position

@@ -68,7 +68,7 @@ def test_a_driven_oscillator_that_grazes_is_that_of_event_driven_integration(b: 
     closes.terminal, closes.direction = True, -1.0  # pyright: ignore[reportFunctionMemberAccess]
     t, x, speeds = 0.0, np.array([-0.3, 0.0]), list[float]()
     while t < t_end:
-        s = solve_ivp(slope, (t, t_end), x, method="DOP853", rtol=1e-12, atol=1e-13, events=closes)
+        s = solve_ivp(slope, (t, t_end), x, method="DOP853", rtol=1e-12, atol=1e-13, events=closes, max_step=0.05)
         t, x = float(s.t[-1]), s.y[:, -1].copy()
         if s.status == 1:
             speeds.append(-x[1])

@@ -227,7 +227,7 @@ class StepRows:
         for k, (stage, j) in enumerate(self.step.placed):
             own, columns = stage.moved_by(j), [self.basis[z] for z in stage.z]
             moves = [x for x in among if any(x[2][c] for c in columns) and x not in found]
-            mine = next(iter(sorted(moves, key=lambda x, own=own: x[0] not in own)), None)
+            mine = min(moves, key=lambda x, own=own: x[0] not in own, default=None)
             if mine is None:
                 raise DeclarationError(
                     f"{self.at.scheme.name}: expected the reaction of each balance to move a displacement, of this "

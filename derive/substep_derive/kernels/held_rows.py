@@ -104,7 +104,6 @@ def _of_balance(
     step, unknown = Step.of(w.scheme), of_balance(w.motion.scene, k)
     assert place is not None
     s, velocity = moved(step, k)
-
     where = held = Moving(w.components(s), reach.get(s, [Integer(0)] * len(at.balances)), number, w.when(s))
     if w.holding and w.holding[k] not in reach:
         u = w.holding[k]

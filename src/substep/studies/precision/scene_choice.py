@@ -124,6 +124,9 @@ class Choice(Exported):
         good = [c for c in others if c.error <= self.accuracy]
         return min(good, key=lambda c: c.run.cost.operations, default=None)
 
+    def __str__(self) -> str:
+        return self.text
+
     @property
     def text(self) -> str:
         """What is recommended, and why."""

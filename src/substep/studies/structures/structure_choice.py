@@ -85,6 +85,9 @@ class StructureChoice(Exported):
             return self.modes.structure.march(self.best.scheme, **given)
         return self.modes.first(self.best.modes).march(self.best.scheme, static_correction=True, **given)
 
+    def __str__(self) -> str:
+        return self.text
+
     @property
     def text(self) -> str:
         """What is recommended, and why."""
