@@ -9,7 +9,7 @@ from declared import BY_NAME
 from exact_motions import exact as exact_motion
 
 import substep as ss
-from substep.core.response import Statistics
+from substep.core.outcome import Statistics
 from substep.exact.pendulum import ElasticPendulum
 from substep.marching import adaptive
 from substep.marching.adaptive import march_adaptive

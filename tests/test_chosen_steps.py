@@ -10,7 +10,8 @@ from scipy.integrate import solve_ivp
 
 import substep as ss
 from substep.core.error_estimate import LocalError
-from substep.core.response import Response, Statistics
+from substep.core.outcome import Statistics
+from substep.core.response import Response
 from substep.marching import adaptive
 from substep.studies.precision import cases, charts, choose, measure, tolerance_runs
 from substep.studies.precision import reference as references

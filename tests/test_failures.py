@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import substep as ss
-from substep.core.response import STATUSES
+from substep.core.outcome import STATUSES
 from substep.derived.facade import rigid_energy
 from substep.exact.periods import period as exact_period
 from substep.marching.scene_lanes import Lanes, march_lanes

@@ -18,7 +18,7 @@ from substep_derive.step.step import Step
 from substep_kernels.scene_index import SCENES as SCENES_INDEX
 
 import substep as ss
-from substep.core.response import STATUSES
+from substep.core.outcome import STATUSES
 from substep.marching import scene_lanes
 
 EXPLICIT = {name for name, scheme in BY_NAME.items() if explicit(scheme)}

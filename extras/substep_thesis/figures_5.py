@@ -16,7 +16,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from substep.core.response import STATUSES, Status
+from substep.core.outcome import STATUSES, Status
 from substep.core.scenes import Scene, scene
 from substep.core.schemes import Array, scheme
 from substep.core.style import COLOURS, styled

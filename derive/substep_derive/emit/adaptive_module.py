@@ -1,22 +1,23 @@
 """EstimatedBody -> text of a module that marches one scheme on one scene in steps of chosen length."""
 
-from collections.abc import Iterable
 from dataclasses import replace
 from textwrap import wrap
 from typing import Any
 
-from sympy import Expr, Symbol
+from sympy import Symbol
 
 from ..declare.symbols import knot
 from ..estimate.held import END, HALVED, START
 from ..kernels.balance_step import Part
 from ..kernels.estimated_body import EstimatedBody
-from ..kernels.local_error import Terms, combined, weight_names
+from ..kernels.local_error import Terms, combined
+from .error_size import size_of_errors
 from .first_length import first_length
 from .gpu_thread import on_device
+from .lane_names import LaneNames
 from .one_lane import ONE_LANE
 from .pair_module import helpers
-from .printing import KERNEL_PRINTER, KernelPrinter, block, docstring, fill, lines, literal_tuple, operations, placed
+from .printing import KernelPrinter, block, docstring, fill, lines, literal_tuple, operations, placed
 from .step_text import TOL, step_text
 from .templates.adaptive import (
     ACCELERATION,
@@ -39,11 +40,6 @@ from .templates.pair import COUNT
 from .templates.step_control import STEP_CONTROL
 from .templates.thread import COMPILE_THREADS
 
-# what is asked of a run: names of the kernel, after the parameters and the weights
-ASKED = (
-    *("tolerance", "power", "rtol", "atol_u", "atol_v", "share_v", "length", "dt_first", "dt_min", "dt_max"),
-    *("t_begin", "t_end", "bound", "rung"),
-)
 # what `_halved` is given besides the length and the state
 HALVES_GIVEN = ("numbers", "start", "t", "load", "samples", "middle")
 
@@ -91,33 +87,8 @@ def _errors(terms: Terms) -> str:
     return "\n".join(line for row in rows for line in wrap(row, 110, subsequent_indent=" " * 8))
 
 
-class _Writer:
-    """Writes the functions of the module.
-
-    scalars: names of a lane's numbers. d: places of the coordinates. start, old: names of u, v, a at the start of a run
-    and of a step; ends: of u, v and, where the scheme has its own, a at the end of a step. end_a: names of a at the end
-    from the equation of motion.
-    """
-
-    def __init__(self, p: EstimatedBody) -> None:
-        self.p, self.body, self.w = p, p.body, KERNEL_PRINTER
-        parameters, weights = self.body.parameters(p.expressions), weight_names(p.terms)
-        self.scalars = [*(s.name for s in (*parameters, *weights)), *ASKED]
-        self.numbers = placed((f"{name} = numbers[{k}]" for k, name in enumerate(self.scalars)), 1)
-        self.d = range(len(self.body.motion.coordinates))
-        self.start, self.old = self._rows("start[{}, {}]"), self._rows("old_{}_{}")
-        self.ends = [[self.w.doprint(e) for e in vector] for vector in self.body.report]
-        self.end_a = self.body.components(END.a)
-        self.old_back = [(f"here[{k}, {i}]", name) for k, row in enumerate(self.old) for i, name in enumerate(row)]
-        self.rows = 3 + self.body.rows_of_memory  # of here, start and out: u, v, a, and what laws remember
-        self.memory = [[s.name for s in names] for names in zip(*self.body.memory, strict=True)] or [[], []]
-        self.remembered_at = [place for _, place in self.body.laid(self.memory[0], 3)]
-        u_0 = zip(self.body.components("u_0"), self.start[0], strict=True)
-        self.initial = placed((f"{name} = {place}" for name, place in u_0), 1)
-
-    def _rows(self, text: str) -> list[list[str]]:
-        """Texts of the components of u, v, a."""
-        return [[text.format(k, i) for i in self.d] for k in range(3)]
+class _Writer(LaneNames):
+    """Writes the functions of the module."""
 
     def accelerations(self) -> str:
         """Text of `_acceleration`."""
@@ -131,20 +102,6 @@ class _Writer:
             body=block(outputs, 1, self.w)[0],
             value=", ".join(name for name, _ in outputs),
         )
-
-    def acceleration(
-        self, targets: Iterable[str], t: str, u: Iterable[str], v: Iterable[str], memory: Iterable[str] | None = None
-    ) -> str:
-        """The line that computes it; with a load only where the scene takes one; memory: by default that at t_n."""
-        p = self.p
-        load = f"_load(load, samples, middle, {t})" if p.acceleration.has(Symbol("load")) else "0.0"
-        given = (self.w.doprint(s) for s in self.body.parameters(p.acceleration))
-        remembered = self.memory[0] if memory is None else memory
-        return f"{', '.join(targets)} = _acceleration({', '.join([*given, t, load, *u, *v, *remembered])})"
-
-    def acceleration_at_end(self, targets: Iterable[str]) -> str:
-        """The line that computes it at the end of a step."""
-        return self.acceleration(targets, "end", self.ends[0], self.ends[1], self.memory[1])
 
     def first(self) -> str:
         """Text of `_first`."""
@@ -180,7 +137,7 @@ class _Writer:
         p, body, w = self.p, self.body, self.w
         state = [(name, f"state[{place}]") for name, place in (*body.places, *body.places_of(p.kept, body.rows))]
         step = step_text(body, TOL, ONE_LANE, self._results())
-        size, weighing = self._size()
+        size, weighing = size_of_errors(self)
         return fill(
             ADAPTIVE_LANE,
             numbers=self.numbers,
@@ -255,95 +212,6 @@ class _Writer:
                 rows += [f"state[{j}, {i}] = 0.0" for i in self.d]
         return placed(rows, 2)
 
-    def _size(self) -> tuple[str, int]:
-        """Lines that sum the squares of the weighted errors, and their operations."""
-        p, d = self.p, len(self.d)
-        end, first = self._end_rows() if p.error_end else [], list[str]()
-        if end and not p.always:
-            first += [self.acceleration_at_end(self.end_a)] if p.takes_end(p.error_end) else []
-            first += [*block(p.error_end, 0, self.w)[0].splitlines(), *end]
-            end = []
-        fast = f"{'max(' * d}speed{''.join(f', abs({e}))' for e in self.ends[1])}"
-        rows, late = [f"fast = {fast}", "floor = atol_v + share_v * fast + 1e-300"], list[str]()
-        for kind, (errors, base) in enumerate(((p.error_u, "atol_u"), (p.error_v, "floor"))):
-            into = late if p.by_before[kind] else rows
-            for i, (name, _) in enumerate(errors):
-                scale = f"{base} + rtol * max(abs({self.old[kind][i]}), abs({self.ends[kind][i]}))"
-                into += [f"part = {name} / ({scale})", "size += part * part"]
-        if late:
-            rows += ["if last == last:", *(f"    {row}" for row in late), f"    size *= {0.5 / d!r}"]
-            alone = [f"size *= {1.0 / d!r}"] if not all(p.by_before) else []
-            rows += ["else:", *(f"    {row}" for row in (*alone, *first))] if alone or first else []
-        else:
-            rows += [f"size *= {0.5 / d!r}"]
-        return placed([*rows, *end, *self._defect()], 2), 15 * d + (8 * d if end else 0)
-
-    def _defect(self) -> list[str]:
-        """Lines that see what a law does within a step, where a scene has laws with a memory; none where it has none.
-
-        Yielding bends the acceleration between the ends of a step, where no estimate of higher order looks. So the
-        motion between them is put into the equation of motion in the middle of the step, or where an elongation turns
-        back; what is left over, acting for a quarter of the step, counts as an error of v where it is too large. How
-        far an elongation goes beyond where it is committed counts as an error of u, if the force would be another one.
-        """
-        p = self.p
-        if not self.memory[0]:
-            return []
-        begin, end, again = ([f"{name}_{i}" for i in self.d] for name in ("then", "now", "again"))
-        middle, left = [[f"mid_{k}_{i}" for i in self.d] for k in range(3)], [f"left_{i}" for i in self.d]
-        at_mid, at_end = ([f"{when}_{name}" for name in self.memory[0]] for when in ("mid", "end"))
-        rows = [self.acceleration(begin, "t", *self.old[:2]), self.acceleration_at_end(end)]
-        rows += ["share, turns, late = 0.5, False, 0.0"]
-        for _, rate in p.elongations:
-            rows += [f"rate_{k} = {self._at([rate], *x[:2])[0]}" for k, x in enumerate((self.old, self.ends))]
-            rows += ["if rate_0 * rate_1 < 0.0:", "    share, turns = rate_0 / (rate_0 - rate_1), True"]
-        moved = Symbol("moved")  # of which the acceleration has it over h^2: a difference of products would lose digits
-        of_middle = [p.between.u, p.between.v, p.between.a.subs(knot(1).u, knot(0).u + moved).expand()]
-        for i in self.d:
-            both = zip((*knot(0), *knot(1)), (*self.old[:2], begin, *self.ends[:2], end), strict=True)
-            difference = {moved.name: f"({self.ends[0][i]} - {self.old[0][i]})"}
-            w = KernelPrinter({s.name: row[i] for s, row in both} | difference)
-            motion = zip(middle, of_middle, strict=True)
-            rows += block([(names[i], e) for names, e in motion], 0, w)[0].splitlines()
-        rows += ["elapsed = share * h", *self._committed(at_mid, middle[0], self.memory[0])]
-        rows += ["elapsed = (1.0 - share) * h", *self._committed(at_end, self.ends[0], at_mid)]
-        rows += [self.acceleration(left, "t + share * h", *middle[:2], at_mid)]
-        rows += [self.acceleration(again, "end", *self.ends[:2], at_end)]
-        for i in self.d:
-            scale = f"floor + rtol * max(abs({self.old[1][i]}), abs({self.ends[1][i]}))"
-            rows += [f"part = 0.25 * h * ({left[i]} - {middle[2][i]}) / ({scale})", "late += part * part"]
-        rows += [f"late *= {1.0 / len(self.d)!r}", "size = size if late <= 1.0 else late"]
-        differ = " or ".join(f"abs({x} - {y}) > 1e-9 * abs({y})" for x, y in zip(again, end, strict=True))
-        rows += [f"if turns and ({differ}):"]
-        for elongation, _ in p.elongations:
-            old, new, mid = (self._at([elongation], *x)[0] for x in (self.old[:2], self.ends[:2], middle[:2]))
-            rows += [f"    old, new, mid = {old}, {new}, {mid}", "    part = min(abs(mid - old), abs(mid - new))"]
-            rows += [
-                "    part /= atol_u + rtol * max(abs(old), abs(new)) + 1e-300",
-                "    size = max(size, part * part)",
-            ]
-        return rows
-
-    def _at(self, expressions: Iterable[Expr], u: Iterable[str], v: Iterable[str]) -> list[str]:
-        """Texts of expressions in u and v named without a knot, at others."""
-        both = zip((*self.body.components("u_*now"), *self.body.components("v_*now")), (*u, *v), strict=True)
-        return list(map(KernelPrinter(dict(both)).doprint, expressions))
-
-    def _committed(self, names: Iterable[str], u: Iterable[str], memory: Iterable[str]) -> list[str]:
-        """Lines that commit what laws remember at u, `elapsed` after the memory given."""
-        both = zip((*self.body.components("u_*now"), *self.memory[0]), (*u, *memory), strict=True)
-        return block(list(zip(names, self.p.remembered, strict=True)), 0, KernelPrinter(dict(both)))[0].splitlines()
-
-    def _end_rows(self) -> list[str]:
-        """Lines that put the error by the acceleration at the end in the others' place where it is too large.
-
-        Where it is not, the lengths of steps do not depend on it.
-        """
-        rows = ["late = 0.0"]
-        for (name, _), old, new in zip(self.p.error_end, self.old[1], self.ends[1], strict=True):
-            rows += [f"part = {name} / (floor + rtol * max(abs({old}), abs({new})))", "late += part * part"]
-        return [*rows, f"late *= {1.0 / len(self.d)!r}", "size = size if late <= 1.0 else late"]
-
     def _dense(self) -> str:
         """Lines that fill a row of the grid from the interpolant of the step."""
         p, before = self.p, list[str]()
@@ -360,7 +228,7 @@ class _Writer:
         if self.memory[0]:
             places = [f"out[place, {at}]" for at in self.remembered_at]
             u = [f"out[place, 0, {i}]" for i in self.d]
-            rows += [placed(["elapsed = share * h", *self._committed(places, u, self.memory[0])], 4)]
+            rows += [placed(["elapsed = share * h", *self.committed(places, u, self.memory[0])], 4)]
         at_end = placed(
             [
                 *(f"out[place, {k}, {i}] = {new[k][i]}" for k in range(3) for i in self.d),
@@ -410,7 +278,7 @@ class _Writer:
         if not self.body.loads:
             return ""
         of_load = self.p.acceleration.diff(Symbol("load"))
-        slope = [(e, text) for e, text in zip(of_load, self._at(of_load, *self.old[:2]), strict=True)]
+        slope = [(e, text) for e, text in zip(of_load, self.at(of_load, *self.old[:2]), strict=True)]
         carried = [s for s in (knot(0).a, START.a) if s in self.body.scheme.state or s in self.p.kept]
         rows = list[str]()
         for names in (*map(self.body.components, carried), self.old[2]):

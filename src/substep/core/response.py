@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from .exports import Histories, History, to_dataset, to_frame
 from .fighting import Acting, ending, known, of_scene, reacts_until, reason
 from .impacts import Impact, Touching, impacts, require_each_step
 from .loads import Load
+from .outcome import Happening, Statistics, Status
 from .powers import numerical, power_of_each, powers
 from .state import State
 from .unkept import unkept
@@ -29,39 +30,6 @@ if TYPE_CHECKING:
     from .result_dataset import ResultDataset
     from .scenes import Scene
     from .schemes import Scheme
-
-Ended = Literal["completed", "newton_failed", "non_finite", "energy_bound", "step_too_small"]
-STATUSES: tuple[Ended, ...] = get_args(Ended)  # in the order of the kernels' numbers
-Status = Ended | Literal["interrupted"]  # the latter from the keyboard: a march of a structure that is not done
-
-
-@dataclass(frozen=True)
-class Statistics:
-    """What steps of chosen length have cost.
-
-    accepted, rejected: steps; newton_failures: those of the rejected whose iteration did not converge.
-    newton_iterations, newton_most: of each balance in the accepted steps, their sum and the most in one. shortest,
-    longest: accepted steps, s; NaN if there is none.
-    """
-
-    accepted: int
-    rejected: int
-    newton_failures: int
-    newton_iterations: tuple[int, ...]
-    newton_most: tuple[int, ...]
-    shortest: float
-    longest: float
-
-
-class Happening(NamedTuple):
-    """At t (s) the contact or friction of that name closes, opens, is hit, slides, sticks or turns, as `what` says.
-
-    what: "closes", "opens" or "hits", of a contact that is open again at once; "slides", "sticks" or "turns".
-    """
-
-    t: float
-    name: str
-    what: str
 
 
 @dataclass(frozen=True, eq=False, repr=False)

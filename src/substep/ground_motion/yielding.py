@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ..core.arrays import Array
 from ..core.loads import Record
-from ..core.response import STATUSES
+from ..core.outcome import STATUSES
 from ..core.scene_catalogue import WITH_LAW, checked_parameters, scene_info
 from ..core.scenes import make_scene
 from ..core.schemes import Scheme

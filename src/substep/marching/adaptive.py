@@ -14,7 +14,8 @@ from ..core import device
 from ..core.arrays import Array, digest
 from ..core.kernel_modules import printed
 from ..core.loads import ROUNDING, as_numbers, break_points
-from ..core.response import STATUSES, Response, Statistics
+from ..core.outcome import STATUSES, Statistics
+from ..core.response import Response
 from ..core.scenes import Scene
 from ..core.schemes import Scheme
 from ..core.state import State, whose

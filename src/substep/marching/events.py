@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.arrays import Array
-from ..core.response import Happening
+from ..core.outcome import Happening
 from ..core.schemes import Scheme
 
 STICKS = 1e-9  # of velocities: what slides no faster at the end of a step does not slide

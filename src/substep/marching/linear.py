@@ -18,7 +18,7 @@ from ..core import coefficients, device, single
 from ..core.arrays import Array, alike, read_only, repeated
 from ..core.kernel_modules import committed
 from ..core.loads import Load, LoadLanes, Record, values_at
-from ..core.response import STATUSES
+from ..core.outcome import STATUSES
 from ..core.schemes import Scheme
 from ..core.threads import ranges, spread
 from ..derived import modules

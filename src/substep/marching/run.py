@@ -19,7 +19,8 @@ from ..core.constraints import pressures
 from ..core.errors import called_as, real_number, warn
 from ..core.loads import behind_jump
 from ..core.memory import require_histories
-from ..core.response import STATUSES, Response, Status
+from ..core.outcome import STATUSES, Status
+from ..core.response import Response
 from ..core.scene_catalogue import arguments_of, scene_info, scenes
 from ..core.scenes import Scene
 from ..core.scenes import scene as make_scene

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ..core.arrays import Array
 from ..core.kernel_modules import loaded
 from ..core.loads import ROUNDING
-from ..core.response import Happening, Statistics, Status
+from ..core.outcome import Happening, Statistics, Status
 from ..core.schemes import Scheme
 from ..run.clock import Control
 from .events import BEGINS, HIT, Mode, Reacting, Stand, Steps

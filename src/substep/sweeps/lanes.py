@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from ..core.arrays import copy_rows
 from ..core.loads import is_known
-from ..core.response import STATUSES, Response
+from ..core.outcome import STATUSES
+from ..core.response import Response
 from ..core.scenes import Scene, make_scene
 from ..core.schemes import Array, Scheme
 from ..marching.adaptive import march_lanes_adaptive

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.arrays import named
-from ..core.response import STATUSES
+from ..core.outcome import STATUSES
 from ..core.single import largest_error, report, sample, scale_of
 from .scene_plan import ScenePlan
 from .sweep_plan import MEANINGS, NOT_RUN

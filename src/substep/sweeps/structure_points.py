@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..core.arrays import Array
-from ..core.response import STATUSES as ENDED
+from ..core.outcome import STATUSES as ENDED
 from ..core.schemes import Scheme
 from ..run.axes import Keep
 from ..run.clock import number_of_steps

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..core.arrays import Array, named
 from ..core.device import Device
-from ..core.response import STATUSES
+from ..core.outcome import STATUSES
 from ..core.single import Dtype
 from ..run.axes import Asked, Axis
 

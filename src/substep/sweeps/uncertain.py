@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..core.arrays import Array, named
 from ..core.errors import called_as, inside, unknown_name, whole
-from ..core.response import STATUSES
+from ..core.outcome import STATUSES
 from ..structures.structure import Structure
 from . import sweep
 from .draws import along_draw, is_distribution, points, quantiles, require_drawable

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...core.arrays import Array, dot
 from ...core.errors import warn
-from ...core.response import Status
+from ...core.outcome import Status
 from ...core.schemes import Scheme
 from ..model.contacts import Contacts
 from ..model.memory import Memory, Recalled, RememberingForce

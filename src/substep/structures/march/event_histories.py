@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 
 from ...core.arrays import Array
-from ...core.response import Status
+from ...core.outcome import Status
 from ...core.state import State
 from ...marching.events import Stand
 from ..model.given import Dof

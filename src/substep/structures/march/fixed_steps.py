@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...core.arrays import Array
-from ...core.response import Status
+from ...core.outcome import Status
 from ...run.schemes import carried, require_acceleration
 from ..model.memory import Memory
 from ..solvers.combine import combined

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...core.arrays import Array
 from ...core.memory import require_memory
-from ...core.response import Statistics, Status
+from ...core.outcome import Statistics, Status
 from ...core.state import State
 from ...run.clock import ConstantSteps
 from ..model.contacts import Contacts

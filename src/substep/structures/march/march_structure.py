@@ -8,8 +8,8 @@ from typing import Any, Literal
 import numpy as np
 
 from ...core.errors import unknown_name, warn
+from ...core.outcome import Status
 from ...core.progress import shown
-from ...core.response import Status
 from ...core.schemes import Scheme
 from ...core.state import State
 from ...marching.gained import pressing

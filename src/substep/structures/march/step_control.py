@@ -8,7 +8,7 @@ import numpy as np
 
 from ...core.arrays import Array
 from ...core.kernel_modules import loaded
-from ...core.response import Status
+from ...core.outcome import Status
 from ...core.state import State
 from ...run.clock import Control
 from ..model.memory import RememberingForce

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.arrays import Array
-from ...core.response import Status
+from ...core.outcome import Status
 from ...core.schemes import Scheme
 from ...core.state import State
 from ...marching.events import Mode, Reacting, Stand, Steps

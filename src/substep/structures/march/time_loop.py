@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple, Protocol
 
 from ...core.arrays import Array
-from ...core.response import Status
+from ...core.outcome import Status
 from ..model.memory import Memory
 from ..solvers.complementarity import NotFound
 from .steps import StructureSteps

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...core.arrays import ALONE, Array
 from ...core.memory import require_memory
-from ...core.response import Status
+from ...core.outcome import Status
 from ...core.schemes import Scheme
 from ...core.state import State, whose
 from ...marching.histories import histories

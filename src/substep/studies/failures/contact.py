@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from ...core.response import STATUSES
+from ...core.outcome import STATUSES
 from ...core.scenes import scene
 from ...core.schemes import Array, scheme, schemes
 from ...core.style import COLOURS, styled

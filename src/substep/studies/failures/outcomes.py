@@ -12,7 +12,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from ...core.response import STATUSES
+from ...core.outcome import STATUSES
 from ...core.scenes import Scene
 from ...core.schemes import Array, Scheme
 from ...core.style import COLOURS

@@ -9,7 +9,8 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from ...core.coefficients import sizes
-from ...core.response import Response, Status
+from ...core.outcome import Status
+from ...core.response import Response
 from ...core.scenes import Scene
 from ...core.schemes import Array, Scheme
 from ...marching.run import marched
