@@ -228,17 +228,31 @@ def plain_functions(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 @pytest.fixture
 def plain_marches(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """The committed marches of oscillators as plain Python; an overflow there is a result, not a warning."""
-    from plain_kernels import committed
+    """The marches of oscillators, committed and printed, as plain Python; an overflow there is no warning."""
+    from plain_kernels import committed, text_of, uncompiled
 
     from substep.core import threads
+    from substep.derived import modules
     from substep.marching import linear
 
+    printed = modules.march_module
     monkeypatch.setattr(linear, "committed", committed)
+    monkeypatch.setattr(modules, "march_module", lambda *shape: uncompiled(text_of(printed(*shape))))
     monkeypatch.setattr(linear, "_kernels", linear._kernels.__wrapped__)
     monkeypatch.setattr(threads, "cores", lambda: 1)  # threads do not inherit np.errstate
     with np.errstate(all="ignore"):
         yield
+
+
+@pytest.fixture
+def plain_in_gate(request: pytest.FixtureRequest) -> None:
+    """Pairs and marches of oscillators as plain Python in the gate, where others of their kind are compiled.
+
+    For tests of few steps, of which compiling took most of the time. `make verify` compiles them all.
+    """
+    if not os.environ.get("SUBSTEP_VERIFY"):
+        request.getfixturevalue("uncompiled")
+        request.getfixturevalue("plain_marches")
 
 
 @pytest.fixture

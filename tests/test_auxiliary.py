@@ -51,6 +51,7 @@ def test_a_run_goes_on_with_it(name: str) -> None:
         assert set(half.state.history) - {"u", "v", "a", "h*v", "h^2*a"}
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 @pytest.mark.parametrize("name", CARRYING)
 def test_a_ball_bounces_under_it(name: str) -> None:
     """It falls from 1 m, and leaves with half of its velocity; what is kept of reactions has the state's name."""

@@ -15,6 +15,7 @@ EXUDYN = {
 SICONOS = {100: (0.25801749999999973, -0.31499999999999817), 150: (0.059383750000000055, -0.3325000000000009)}
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 @pytest.mark.parametrize("name", EXUDYN)
 def test_points_on_rods_are_those_of_exudyn(name: str) -> None:
     """Positions to rounding, though Newton ends by another criterion."""

@@ -142,6 +142,7 @@ def test_a_mass_at_rest_stays_and_the_floor_bears_its_weight() -> None:
         assert np.allclose(r.a, -9.81)
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 def test_a_rod_that_meets_a_wall() -> None:
     """A constraint and a contact together: the pendulum swings to x = -0.5 at most, and its rod keeps its length."""
     x, y, L = Symbol("x"), Symbol("y"), 1

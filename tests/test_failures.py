@@ -182,6 +182,7 @@ def test_fall_time() -> None:
     assert rounding.fall_time() == pytest.approx(math.log(2 * 0.1 / 1.2246e-16), abs=1e-3)
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 def test_small_steps_hold_the_pendulum_at_the_top(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rounding, "QUICK", ("average_acceleration", "energy_momentum"))
     falls, swings = rounding.separatrix(tmp_path)

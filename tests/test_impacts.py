@@ -113,6 +113,7 @@ def test_rows_of_a_contact_and_contacts_that_are_hit_together() -> None:
     assert all(np.isnan([x.before, x.after, x.lost]).all() for x in some)
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 def test_a_body_at_rest_on_a_stop_has_no_impact_and_one_thrown_at_it_from_there_has_one() -> None:
     scene = ss.scene("bouncing_ball", u0=0.0, restitution=0.5)
     assert ss.march(scene, "average_acceleration", dt=0.01, t_end=1.0).impacts == ()

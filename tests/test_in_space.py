@@ -118,6 +118,7 @@ GAINS = rows_of_the_table()
 ENDED = ("three_substep_third_order", "radau_iia2", "radau_iia3")  # where a knot is too near to the singular position
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 @pytest.mark.parametrize("name", GAINS if VERIFY else ["average_acceleration"])
 def test_schemes_gain_on_a_four_bar_in_line_what_the_page_has(name: str) -> None:
     """Over 16 steps from 0.01 to 0.0123 s, 300 steps each: all bars are in line at 0.74, 1.3 and 2.8 s."""

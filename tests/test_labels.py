@@ -37,20 +37,28 @@ def with_a_stage(label: str) -> Scheme:
     )
 
 
+def end_of_step(s: System, h: float, t: float, u: Array, before: Array, v: Array, middle: Array) -> tuple[Array, ...]:
+    """Displacement, velocity and acceleration at the end of a step up to t, from the acceleration at its middle."""
+    a, end, v_start = middle, u, v
+    for _ in range(60):
+        end = u + (h * v_start + u - before) / 2 + h**2 / 4 * (middle + a)
+        v = v_start + h / 2 * (middle + a)
+        a = a - correction(s, h, t, (end + u + (u - before) / 2) / 2, v, a)
+    return end, v, a
+
+
+def correction(s: System, h: float, t: float, mixed: Array, v: Array, a: Array) -> Array:
+    """What Newton's iteration takes from the acceleration, with the force at a mixed displacement."""
+    residual = s.mass @ a + s.damping @ v + s.force(mixed) - s.load(t)
+    return np.linalg.solve(s.mass + h / 2 * s.damping + h**2 / 8 * s.tangent(mixed), residual)
+
+
 def stepped(s: System, h: float, n: int, u: Array, v: Array, a: Array) -> Array:
     """History (n + 1, 2, d) of u and twice v of the scheme of `with_a_stage`, stepped without the code under test."""
     rows, before = [np.stack([u, v])], u - h * v + h**2 / 2 * a
     for i in range(n):
-        middle, v_start = u + (u - before) / 2, v
-        a_middle = s.acceleration(middle, (u - before) / h, (i + 0.5) * h)
-        a, end = a_middle, u
-        for _ in range(60):
-            end = u + (h * v_start + u - before) / 2 + h**2 / 4 * (a_middle + a)
-            v = v_start + h / 2 * (a_middle + a)
-            residual = s.mass @ a + s.damping @ v + s.force((end + middle) / 2) - s.load((i + 1) * h)
-            slope = s.mass + h / 2 * s.damping + h**2 / 8 * s.tangent((end + middle) / 2)
-            a = a - np.linalg.solve(slope, residual)
-        before, u = u, end
+        middle = s.acceleration(u + (u - before) / 2, (u - before) / h, (i + 0.5) * h)
+        (u, v, _), before = end_of_step(s, h, (i + 1) * h, u, before, v, middle), u
         rows.append(np.stack([u, 2 * v]))
     return np.array(rows)
 

@@ -103,6 +103,7 @@ def test_a_sparse_structure_factorizes_without_it(solver: Any) -> None:
     assert np.abs(r.u - expected.u).max() < 1e-10 * np.abs(expected.u).max()
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 def test_modes_find_the_ratios_and_superposition_marches_them_one_by_one() -> None:
     storeys = shear_building([3.0, 2.0, 1.0, 1.0], [500.0, 400.0, 300.0, 200.0])
     for M, K, fixed in ((*storeys, []), cantilever(40, 6)[:3]):

@@ -132,6 +132,7 @@ def test_a_law_between_two_keeps_their_momentum(plainly: None) -> None:
     np.testing.assert_allclose(r.momenta["x1 + x2"], r.v[0] @ [1.0, 2.0], rtol=0, atol=1e-13)
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 def test_the_top_has_two() -> None:
     r = ss.march("heavy_top", "dormand_prince", 0.005, 1.0)
     for momentum in r.momenta.values():

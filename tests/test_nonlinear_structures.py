@@ -135,6 +135,7 @@ def test_modified_newton_spares_factorizations_and_line_search_saves_a_run() -> 
     assert np.abs(searched.u - full.u).max() <= 1e-9 * np.abs(full.u).max()
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 @pytest.mark.parametrize("scheme", ["average_acceleration", "newmark_bdf2", "generalized_alpha", "rk4"])
 def test_a_rotating_bar_of_one_element_is_the_elastic_pendulum(scheme: str) -> None:
     model, scene = rotating_bar(1, mass=0.0), ss.scene("elastic_pendulum", EA=1e4)

@@ -79,6 +79,7 @@ def test_axes_of_a_sweep(kind: str) -> None:
         ss.sweep(subject, changed, dt=0.1, t_end=1.0)
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 @pytest.mark.parametrize("kind", ["scene", "structure", "nonlinear"])
 def test_an_axis_stands_in_place_of_what_a_handle_was_given(kind: str) -> None:
     """A family's argument replaces all that it made; the prefix names the same."""

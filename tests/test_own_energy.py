@@ -136,6 +136,7 @@ def test_a_start_that_does_not_fit_is_left_out() -> None:
     assert len(ss.own_energy(r).t) == 4  # u of three steps
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 def test_what_has_no_account_is_refused() -> None:
     bounce = ss.march(ss.scene("penalty_bounce"), "bathe", dt=0.1, t_end=0.5)
     with pytest.raises(DeclarationError, match="got one that bends or jumps"):

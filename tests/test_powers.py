@@ -85,6 +85,7 @@ def test_numerical_damping_is_what_is_left() -> None:
     assert r.numerical[-1] > 0.5 * r.energy[0]
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 def test_contacts_and_friction_are_left_to_impacts() -> None:
     r = ss.march("bouncing_ball", "average_acceleration", dt=0.01, t_end=0.1)
     with pytest.raises(ValueError, match="got floor, which act within a step; r.impacts says"):

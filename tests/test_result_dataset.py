@@ -23,6 +23,7 @@ RUNS: dict[str, Callable[[], Any]] = {
 }
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 @pytest.mark.parametrize("name", RUNS)
 def test_it_prints_in_ten_lines_with_all_its_variables(name: str) -> None:
     found = RUNS[name]()
@@ -42,6 +43,7 @@ def test_ten_lines_are_all_there_is_of_many_variables() -> None:
     assert len(repr(xr.Dataset(many.data_vars)).splitlines()) > 10  # xarray's own
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 def test_it_says_how_many_runs_have_completed_and_where_axes_go() -> None:
     """Central differences are unstable beyond Omega = 2: at the largest of three frequencies energy grows."""
     call: dict[str, Any] = {"omega": [1.0, 2.0, 9.0], "dt": 0.25, "t_end": 50.0, "keep": "final", "energy_bound": 1e6}
@@ -75,6 +77,7 @@ RESULTS: dict[str, Callable[[], Any]] = RUNS | {
 }
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 @pytest.mark.parametrize("name", RESULTS)
 def test_every_result_is_saved_and_comes_back(name: str, tmp_path: Path) -> None:
     made = RESULTS[name]()

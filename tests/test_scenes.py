@@ -270,6 +270,7 @@ def test_a_scene_of_ones_own(
     assert scene.a0 == pytest.approx(rates(0.0, np.array([0.5, 0, 0, 1]))[2:])
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 def test_own_scheme_on_a_committed_scene_and_on_an_own_one() -> None:
     from test_own_scheme import OWN as TEXT
 
@@ -314,6 +315,7 @@ def test_wrong_input(call, message: str) -> None:
         call()
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 def test_failures_keep_what_was_computed() -> None:
     scene = ss.scene("elastic_pendulum", EA=1e10, a0=(-19.6, 0))
     r = ss.march(scene, ss.scheme("average_acceleration"), 0.1, 50.0)
@@ -334,6 +336,7 @@ def test_failures_keep_what_was_computed() -> None:
         _ = ss.march(ss.scene("linear_oscillator", omega=1.0), ss.scheme("bathe"), 0.1, 1.0).strain
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 def test_multi_step_schemes_start_within_strides_and_failures() -> None:
     scene = ss.scene("elastic_pendulum", EA=1e4)
     whole, thin = (ss.march(scene, ss.scheme("houbolt"), 0.01, 0.2, stride=k) for k in (1, 5))

@@ -190,6 +190,7 @@ def test_peaks_are_those_of_histories(name: str, offset: float) -> None:
         assert offset == 0.0 or filtered is None
 
 
+@pytest.mark.usefixtures("plain_marches")
 def test_schemes_and_records_without_a_filter() -> None:
     f, T = motion(), [0.2, 1.0]
     for scheme, record in (("houbolt", f), ("average_acceleration", f + 0.5), ("bathe", f - 1.0)):

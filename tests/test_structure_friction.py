@@ -125,6 +125,7 @@ def test_what_a_friction_bears_does_not_move(name: str) -> None:
             assert r.u[-1, 0] == pytest.approx(0.01 / 4.0, rel=0.03)  # (load - limit) t^2/(2 m)
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 @pytest.mark.parametrize("name", ["average_acceleration", "newmark"])
 def test_springs_of_laws_rub_too(name: str) -> None:
     """A hardening spring beside a pad: Newton's iteration, with the friction in each of its steps."""

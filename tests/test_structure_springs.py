@@ -15,6 +15,7 @@ from scipy import sparse
 import substep as ss
 from substep.structures.march import branches
 
+Array = np.ndarray
 DT, STEPS = 0.01, 300
 RECORD = ss.Record(0.05, 3.0 * np.random.default_rng(0).normal(size=60))  # m/s^2
 M, K, Q_Y, ALPHA = (np.array(x) for x in ([2.0, 1.5, 1.0], [300.0, 250.0, 200.0], [4.0, 3.0, 2.0], 0.03))
@@ -89,23 +90,30 @@ def by_hand(C: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     u, v, p, a = np.zeros(3), np.zeros(3), np.zeros(3), np.full(3, -float(RECORD(np.zeros(1))[0]))
     rows, forces = [u], [np.zeros(3)]
     for n in range(1, STEPS + 1):
-        load, new = -M * float(RECORD(np.array([n * DT]))[0]), u.copy()
-        for _ in range(50):
-            q, k, _ = returned(B @ new, p)
-            acceleration = 4 / DT**2 * (new - u - DT * v) - a
-            velocity = v + 0.5 * DT * (a + acceleration)
-            residual = M * acceleration + C @ velocity + B.T @ q - load
-            tangent = 4 / DT**2 * np.diag(M) + 2 / DT * C + B.T @ np.diag(k) @ B
-            change = np.linalg.solve(tangent, -residual)
-            new = new + change
-            if np.abs(change).max() < 1e-15:
-                break
-        acceleration = 4 / DT**2 * (new - u - DT * v) - a
-        v, a, u = v + 0.5 * DT * (a + acceleration), acceleration, new
+        u, v, a = step_by_hand(C, -M * float(RECORD(np.array([n * DT]))[0]), u, v, a, p)
         q, _, p = returned(B @ u, p)
         rows.append(u)
         forces.append(q)
     return np.array(rows), np.array(forces)
+
+
+def step_by_hand(C: Array, load: Array, u: Array, v: Array, a: Array, p: Array) -> tuple[Array, Array, Array]:
+    """Displacement, velocity and acceleration after a step."""
+
+    def motion(new: Array) -> tuple[Array, Array]:
+        acceleration = 4 / DT**2 * (new - u - DT * v) - a
+        return v + 0.5 * DT * (a + acceleration), acceleration
+
+    new = u
+    for _ in range(50):
+        q, k, _ = returned(B @ new, p)
+        velocity, acceleration = motion(new)
+        residual = M * acceleration + C @ velocity + B.T @ q - load
+        change: Array = np.linalg.solve(4 / DT**2 * np.diag(M) + 2 / DT * C + B.T @ np.diag(k) @ B, -residual)
+        new = new + change
+        if np.abs(change).max() < 1e-15:
+            break
+    return new, *motion(new)
 
 
 def test_three_stories_by_hand() -> None:

@@ -76,6 +76,7 @@ def test_a_given_acceleration_at_the_start_is_that_of_the_direct_march(scheme: s
     assert relative(*stacked, h) < 1e-11
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 @pytest.mark.parametrize("scheme", ["average_acceleration", "newmark_bdf2", "park"])
 def test_modes_that_damping_couples_are_marched_together(scheme: str) -> None:
     M, K = shear_building([2.0, 1.0, 1.0], [300.0, 200.0, 100.0])

@@ -204,6 +204,7 @@ def test_the_eigenvalues_of_the_motion_are_followed_where_others_come_nearer_to_
     assert np.abs(path[0, -1])[np.abs(path[0, -1] - 1).argsort()[2:]].max() > 1.7
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 @pytest.mark.parametrize(
     ("name", "turn", "steps", "off"), [("rho_inf_bathe", 0.7, 5, 0.05), ("rho_inf_bathe", 0.4, 4, 0.09)]
 )
@@ -222,6 +223,7 @@ def test_errors_along_a_bar_change_by_the_predicted_factor(name: str, turn: floa
     assert (apart[-1] / apart[1]) ** (1 / steps) == pytest.approx(float(np.exp(np.log(predicted).mean())), rel=off)
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 @pytest.mark.filterwarnings("ignore:.*has gained energy:UserWarning")
 @pytest.mark.parametrize(
     ("name", "turn", "rel"),
@@ -243,6 +245,7 @@ def test_the_energy_of_the_first_steps_is_that_of_a_run(name: str, turn: float, 
     assert found == pytest.approx(run.energy[1:].max() / scene.E0, rel=rel)
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 def test_a_start_by_an_explicit_scheme_is_predicted_to_fail() -> None:
     """By Dormand and Prince's steps, from Omega of some units on, where the errors of bdf4 fade."""
     own = BY_NAME["bdf4"]

@@ -242,10 +242,18 @@ def adaptive_pair(
 
 
 def _declared(scheme: "str | Declaration", scene: "str | SceneDeclaration") -> "tuple[Declaration, EquationsOfMotion]":
-    from substep_derive.declare.catalogue import find, find_scene  # noqa: PLC0415
+    from substep_derive.declare.catalogue import find  # noqa: PLC0415
+
+    return find(scheme), _motion(scene)
+
+
+@cache
+def _motion(scene: "str | SceneDeclaration") -> "EquationsOfMotion":
+    """The equations of a scene, which the pairs of all schemes with it share: deriving them takes a while."""
+    from substep_derive.declare.catalogue import find_scene  # noqa: PLC0415
     from substep_derive.motion.equations import EquationsOfMotion  # noqa: PLC0415
 
-    return find(scheme), EquationsOfMotion(find_scene(scene))
+    return EquationsOfMotion(find_scene(scene))
 
 
 def _scheme(scheme: "str | Declaration") -> str:
