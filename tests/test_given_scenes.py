@@ -1,11 +1,13 @@
 """What is no scene is refused where it is declared, with what was expected and the cure, and never marched."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from substep_derive import Constraint, Contact, DeclarationError, Friction, Scene, optional, rate
-from sympy import Abs, Eq, Interval, Max, Min, Piecewise, Rational, Symbol, nan, oo
+from sympy import Abs, Eq, Expr, Interval, Max, Min, Piecewise, Rational, Symbol, nan, oo
 from sympy import sin as sine
 
 import substep as ss
@@ -163,3 +165,44 @@ def test_a_start_is_of_the_same_coordinates() -> None:
 def test_without_constraints_none_repeats_another() -> None:
     found = ss.independent(Scene(**GIVEN))
     assert (found.rank, found.left_out) == (0, ())
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize(
+    ("potential", "energy"),
+    [
+        (x**2 / 10 + Max(x, 0) ** 2 / 2, lambda x: x**2 / 10 + max(x, 0.0) ** 2 / 2),
+        (x**2 / 2 + 5 * Min(x, 0) ** 2, lambda x: x**2 / 2 + 5 * min(x, 0.0) ** 2),
+        (Abs(x) ** 3, lambda x: abs(x) ** 3),
+        (Abs(x) + x**2 / 2, lambda x: abs(x) + x**2 / 2),
+        (Max(x, -x / 2), lambda x: max(x, -x / 2)),
+        (50 * Max(x - 1, -1 - x, 0) ** 2, lambda x: 50 * max(x - 1, -1 - x, 0) ** 2),
+    ],
+)
+def test_energy_momentum_keeps_potentials_with_branches(potential: Expr, energy: Callable[[float], float]) -> None:
+    """Against SciPy with differences of the energy for forces; one that jumps is not linear, though its slope is 0."""
+    given = Scene(
+        "branches", coordinates={x: "m"}, kinetic=v**2 / 2, potential=potential, parameters=(),
+        start={x: 1, v: Rational(3, 10)}, length=1,
+    )  # fmt: skip
+
+    def slope(t: float, z: np.ndarray) -> list[float]:
+        return [z[1], (energy(z[0] - 1e-7) - energy(z[0] + 1e-7)) / 2e-7]
+
+    exact = solve_ivp(slope, (0, 5), [1.0, 0.3], rtol=1e-8, atol=1e-9, max_step=2e-3).y[:, -1]
+    scene = ss.scene(given)
+    assert scene.info.oscillator is None
+    for name, kept in (("energy_momentum", 1e-12), ("rk4", 0.02)):
+        r = ss.march(scene, name, dt=0.005, t_end=5.0)
+        assert r.energy[0] == pytest.approx(0.045 + energy(1.0), rel=1e-14)
+        assert np.abs(np.array([*r.u[-1], *r.v[-1]]) - exact).max() < 0.02
+        assert np.ptp(r.energy) < kept
+
+
+def test_a_potential_of_which_no_discrete_gradient_is_formed_is_named() -> None:
+    given = Scene(
+        "pieces", coordinates={x: "m"}, kinetic=rate(x) ** 2 / 2, potential=Piecewise((x**2, x > 0), (x**2 / 2, True)),
+        parameters=(), start={x: 1, rate(x): 0}, length=1,
+    )  # fmt: skip
+    with pytest.raises(DeclarationError, match=r"got Piecewise\(\(x\*\*2, x > 0\).* take another scheme"):
+        ss.march(ss.scene(given), "energy_momentum", dt=0.01, t_end=1.0)

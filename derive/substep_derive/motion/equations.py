@@ -10,6 +10,7 @@ from sympy import (
     Expr,
     Integer,
     Matrix,
+    Piecewise,
     Symbol,
     cancel,
     diag,
@@ -25,6 +26,7 @@ from sympy import (
     zoo,
 )
 
+from ..declare.branches import sign_of, where_at_least
 from ..declare.law import Element, e_dot, elapsed
 from ..declare.parameter import POSITIVE
 from ..declare.potentials import abs_power, contact, tidy
@@ -312,8 +314,9 @@ class EquationsOfMotion:
     @property
     def linear(self) -> bool:
         """Whether the force is linear in coordinates and rates, without memory, and the mass constant."""
-        bends = self.scene.laws or self.general
-        return not (bends or self._tangent.free_symbols & set(self.coordinates))
+        q, jumps = set(self.coordinates), self._force.atoms(sign_of, where_at_least, Piecewise)
+        bends = self.scene.laws or self.general or any(jump.free_symbols & q for jump in jumps)
+        return not (bends or self._tangent.free_symbols & q)
 
     @cached_property
     def oscillator(self) -> tuple[Expr, Expr, Expr] | None:
