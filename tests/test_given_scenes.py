@@ -206,3 +206,23 @@ def test_a_potential_of_which_no_discrete_gradient_is_formed_is_named() -> None:
     )  # fmt: skip
     with pytest.raises(DeclarationError, match=r"got Piecewise\(\(x\*\*2, x > 0\).* take another scheme"):
         ss.march(ss.scene(given), "energy_momentum", dt=0.01, t_end=1.0)
+
+
+@pytest.mark.usefixtures("uncompiled")
+def test_a_force_that_jumps_is_named_where_a_step_has_no_solution() -> None:
+    """Dry friction by a sign: the velocity of the step in which the motion turns is neither positive nor negative."""
+    rubbed = Scene(
+        "by_a_sign", coordinates={x: "m"}, kinetic=v**2 / 2, potential=x**2 / 2, dissipation=Abs(v) / 2, parameters=(),
+        start={x: 1, v: Rational(3, 10)}, length=1,
+    )  # fmt: skip
+    r = ss.march(ss.scene(rubbed), "average_acceleration", dt=0.01, t_end=1.0)
+    assert r.status == "newton_failed"
+    assert r.t[-1] == pytest.approx(0.19)
+    assert (
+        "the force on 'x' jumps with sign(x_dot), so that a step that ends where it does has no solution" in r.failure
+    )
+    smooth = Scene(
+        "by_its_cube", coordinates={x: "m"}, kinetic=v**2 / 2, potential=x**2 / 2, dissipation=Abs(v) ** 3 / 6,
+        parameters=(), start={x: 1, v: 0}, length=1,
+    )  # fmt: skip
+    assert not ss.scene(smooth).info.jumps

@@ -12,6 +12,7 @@ from ..declare.parameter import Parameter
 from ..declare.scene import Scene
 from ..declare.symbols import sampled, t
 from ..motion.equations import EquationsOfMotion
+from ..motion.jumps import jumps
 from ..motion.powers import powers
 from .index import domain_text, number, numpy_for
 from .law_functions import law_functions
@@ -197,6 +198,8 @@ def scene_entry(motion: EquationsOfMotion) -> str:
         entry["held_gaps"] = literal_tuple(f'"{name}"' for name in held)
     if scene.impulsive:
         entry["impulsive"] = "True"
+    if found := jumps(motion):
+        entry["jumps"] = literal_tuple(f'("{q}", "sign({of})")' for q, of in found)
     return "{" + ",\n        ".join(f'"{key}": {value}' for key, value in entry.items()) + "}"
 
 

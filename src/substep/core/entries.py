@@ -138,8 +138,8 @@ class SceneInfo:
     inertia. memory: names of what its laws remember; unstrained: a function of the parameters, its values before
     anything is strained; multipliers: names of those of its constraints; contacts: names of its contacts, whose
     pressures follow in memory; frictions: names of those, which are the last. impulsive: whether steps remember none of
-    these reactions; held_gaps: names of the contacts without a restitution, of which the gap is held. declaration: of a
-    scene of the user's own.
+    these reactions; held_gaps: names of the contacts without a restitution, of which the gap is held. jumps: names of
+    coordinates whose force jumps, each with the sign by which it does. declaration: of a scene of the user's own.
     """
 
     name: str
@@ -164,6 +164,7 @@ class SceneInfo:
     frictions: tuple[str, ...] = field(default=(), compare=False)
     impulsive: bool = field(default=False, compare=False)
     held_gaps: tuple[str, ...] = field(default=(), compare=False)
+    jumps: tuple[tuple[str, str], ...] = field(default=(), compare=False)
 
     @classmethod
     def of(

@@ -92,7 +92,7 @@ class Response:
             acting = self.acting(-1, self.t_failed)
             why = self._unkept() or (acting and (known if blown_up else reason)(acting)) or self._ending()
         default = {"newton_failed": "take a smaller step", "step_too_small": "allow a smaller step, or a larger tol"}
-        why = why or default.get(self.status, "")
+        why = why or (not blown_up and self._jumping()) or default.get(self.status, "")
         return why and f"the step to t = {self.t_failed:.6g} s was not solved: {why}"
 
     def acting(self, row: int, end: float) -> Acting | None:
@@ -103,6 +103,16 @@ class Response:
         """Which constraints are not kept from the last row on, in words."""
         assert self.t_failed is not None
         return unkept(self, reacts_until(self.scheme, float(self.t[-1]), self.t_failed))
+
+    def _jumping(self) -> str:
+        """Which force of a scene jumps, in words, so that no step need have a solution."""
+        if not self.scene.info.jumps:
+            return ""
+        (coordinate, sign), *_ = self.scene.info.jumps
+        return (
+            f"the force on '{coordinate}' jumps with {sign}, so that a step that ends where it does has no solution; "
+            "declare what rubs by frictions= and what stops by contacts=, or smooth it, as by tanh in place of sign"
+        )
 
     def _ending(self) -> str:
         """Which mass is about to be singular, in words."""

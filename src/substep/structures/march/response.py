@@ -207,6 +207,9 @@ class StructureResponse(Response):
     def _unkept(self) -> str:
         return ""
 
+    def _jumping(self) -> str:
+        return ""
+
     def _ending(self) -> str:
         return ""
 
