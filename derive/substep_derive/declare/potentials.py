@@ -1,8 +1,11 @@
 """Functions that potentials and laws are written with."""
 
+from collections.abc import Iterable
 from typing import Any
 
-from sympy import Expr, Function, Mul, S, cosh, log, tanh
+from sympy import Expr, Function, Matrix, Mul, Piecewise, S, Symbol, cosh, log, tanh
+
+from .branches import sign_of, where_at_least
 
 
 class negative_part(Function):
@@ -68,6 +71,14 @@ class abs_power(Function):
     """|x|**a, finite at 0."""
 
     nargs = 2
+
+
+JUMPS = sign_of, where_at_least, is_negative, Piecewise  # whose derivatives say nothing of how they jump
+
+
+def jumps(e: Expr | Matrix, symbols: Iterable[Symbol]) -> bool:
+    """Whether it may jump where any of the symbols changes, which its derivatives by them do not say."""
+    return any(jump.free_symbols & {*symbols} for jump in e.atoms(*JUMPS))
 
 
 def tidy(potential: Expr) -> Expr:

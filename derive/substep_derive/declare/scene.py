@@ -81,7 +81,8 @@ class Scene:
             object.__setattr__(self, name, by_branch(expression(self.name, f"a {name}", getattr(self, name))))
         for name in ("forces", "load", "start", "invariants", "outputs"):
             given = {key: expression(self.name, f"{name} of {key}", e) for key, e in getattr(self, name).items()}
-            object.__setattr__(self, name, {q: by_branch(e) for q, e in given.items()} if name == "forces" else given)
+            branches = name in ("forces", "load")
+            object.__setattr__(self, name, {q: by_branch(e) for q, e in given.items()} if branches else given)
         for name in ("length", "energy_scale"):
             if (given := getattr(self, name)) is not None or name == "length":
                 object.__setattr__(self, name, expression(self.name, f"a {name}", given))

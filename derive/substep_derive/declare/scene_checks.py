@@ -14,6 +14,7 @@ from .expressions import require_known
 from .law import Element
 from .names import check_scene
 from .parameter import NOT_NEGATIVE, Parameter, signed
+from .potentials import jumps
 from .reactions import Constraint, Contact, Friction
 from .symbols import sampled, t
 
@@ -142,7 +143,7 @@ def _reactions(scene: _Declared, values: set[Symbol], q: set[Symbol], v: set[Sym
     held += [(f"friction {name}", x.along, "what slides", none) for name, x in scene.frictions.items()]
     for what, g, value, rates in held:
         require_known(scene.name, what, g, values | q | set(scene.invariants) | {t} | rates)
-        if any(g.diff(a, b).expand() != 0 for a in rates for b in rates):
+        if not _linear(g, rates):
             raise DeclarationError(
                 f"{scene.name}: expected {what} to be linear in {', '.join(sorted(map(str, v)))}, got {g}; a reaction "
                 "has no direction otherwise"
@@ -151,6 +152,12 @@ def _reactions(scene: _Declared, values: set[Symbol], q: set[Symbol], v: set[Sym
             raise DeclarationError(
                 f"{scene.name}: expected {what} to depend on coordinates, got {g}; write what is to be {value}"
             )
+
+
+def _linear(e: Expr, symbols: set[Symbol]) -> bool:
+    """Whether an expression is linear in symbols, and the same on all branches."""
+    bends = any(jumps(e.diff(a), symbols) or e.diff(a, b).expand() != 0 for a in symbols for b in symbols)
+    return not (bends or jumps(e, symbols))
 
 
 def _bounded(scene: _Declared, values: set[Symbol]) -> None:
@@ -164,7 +171,7 @@ def _bounded(scene: _Declared, values: set[Symbol]) -> None:
                 f"{scene.name}: expected a limit of friction {name} that is not negative, got {friction.limit}; it is "
                 "the largest force against sliding"
             )
-        if any(friction.limit.diff(a, b).expand() != 0 for a in pressures for b in pressures):
+        if not _linear(friction.limit, pressures):
             raise DeclarationError(
                 f"{scene.name}: expected a limit of friction {name} that is linear in pressures, got {friction.limit}; "
                 "write a coefficient times the pressure"

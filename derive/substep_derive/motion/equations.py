@@ -10,7 +10,6 @@ from sympy import (
     Expr,
     Integer,
     Matrix,
-    Piecewise,
     Symbol,
     cancel,
     diag,
@@ -26,14 +25,14 @@ from sympy import (
     zoo,
 )
 
-from ..declare.branches import sign_of, where_at_least
 from ..declare.law import Element, e_dot, elapsed
-from ..declare.parameter import POSITIVE
-from ..declare.potentials import abs_power, contact, tidy
+from ..declare.parameter import POSITIVE, signed
+from ..declare.potentials import abs_power, contact, jumps, tidy
 from ..declare.scene import Scene
 from ..declare.symbols import rate, sampled, t
 from .held import Held
 from .momenta import Momentum, momenta
+from .rate_terms import parts
 
 DISSIPATED = Symbol("dissipated")  # the energy that the laws of a scene have dissipated
 
@@ -134,7 +133,7 @@ class EquationsOfMotion:
             change = sum((momentum.diff(p) * r for p, r in zip(self.coordinates, self.scene.rates, strict=True)), 0 * v)
             inertial = factor_terms((change + momentum.diff(t) - T.diff(q)).expand())
             given = inertial, self.scene.dissipation.diff(v), -self.scene.forces.get(q, Integer(0))
-            found.append([term for e in given for term in Add.make_args(e)])
+            found.append([part for e in given for term in Add.make_args(e) for part in parts(term, self.scene.rates)])
         return found
 
     def of_terms(self, rates: bool, coordinates: bool) -> Matrix:
@@ -151,7 +150,7 @@ class EquationsOfMotion:
         """Damping matrix (d, d), constant; zeros where forces depend on the rates in any other way."""
         v, others = self.scene.rates, self.of_terms(True, False)
         found = Matrix([[e.diff(r) for r in v] for e in others])
-        if found.free_symbols & {*self.coordinates, *v, t}:
+        if found.free_symbols & {*self.coordinates, *v, t} or jumps(others, v):
             return zeros(len(v))
         return found
 
@@ -178,7 +177,8 @@ class EquationsOfMotion:
         V = self._whole_potential
         driven = (V - V.subs(t, 0)).expand() if V.has(t) else Integer(0)
         own = [*self.scene.invariants, *(q for q in self.coordinates if V.has(q))]
-        return Integer(0) if any(driven.diff(q, p).expand() != 0 for q in own for p in own) else driven
+        bends = any(jumps(driven.diff(q), own) or driven.diff(q, p).expand() != 0 for q in own for p in own)
+        return Integer(0) if bends or driven.has(nan, zoo, oo) else driven
 
     @cached_property
     def potential(self) -> Expr:
@@ -314,16 +314,18 @@ class EquationsOfMotion:
     @property
     def linear(self) -> bool:
         """Whether the force is linear in coordinates and rates, without memory, and the mass constant."""
-        q, jumps = set(self.coordinates), self._force.atoms(sign_of, where_at_least, Piecewise)
-        bends = self.scene.laws or self.general or any(jump.free_symbols & q for jump in jumps)
-        return not (bends or self._tangent.free_symbols & q)
+        bends = self.scene.laws or self.general or jumps(self._force, self.coordinates)
+        return not (bends or self._tangent.free_symbols & set(self.coordinates))
 
     @cached_property
     def oscillator(self) -> tuple[Expr, Expr, Expr] | None:
-        """(omega, xi, mass) of a linear scene of one coordinate with a stiffness; None of any other."""
-        if len(self.coordinates) > 1 or not self.linear or self._tangent[0] == 0 or self.load.has(t):
+        """(omega, xi, mass) of a linear scene of one coordinate, if it has a stiffness and at most a sampled load."""
+        if len(self.coordinates) > 1 or not self.linear or self.load[0] not in (0, sampled):
             return None
         mass, damping, stiffness = self.mass[0], self.damping[0], self._tangent[0]
+        at_rest = self._force.subs(dict.fromkeys(self.coordinates, 0))[0].expand()
+        if at_rest != 0 or not signed(stiffness / mass, self.scene.parameters).is_nonnegative or stiffness == 0:
+            return None
         omega = powdenest(sqrt(stiffness / mass), force=True)
         return omega, cancel(damping / (2 * mass * omega)), mass
 
