@@ -7,10 +7,11 @@ import pytest
 from declared import BY_NAME, TOGETHER
 from scipy.integrate import solve_ivp
 from scipy.integrate._ivp import radau
-from substep_derive import DeclarationError
+from substep_derive import DeclarationError, Scene, rate
 from substep_derive.kernels.scalar_step import ScalarStep
 from substep_derive.motion.plan import Plan
 from substep_kernels.facts import CATALOGUE
+from sympy import sin, symbols
 
 import substep as ss
 
@@ -98,6 +99,21 @@ def test_contacts_are_refused_by_name_where_a_pressure_does_not_open_its_gap(nam
         reason = f"one does not move the displacement {STILL[name]} .* expected a pressure that opens the gap"
     with pytest.raises(ValueError, match=rf"{name}[: ].*({reason})"):
         ss.march(ss.scene("mass_on_floor"), BY_NAME[name], dt=0.01, t_end=0.1)
+
+
+@pytest.mark.thorough
+def test_a_kernel_of_many_blocks_is_compiled() -> None:
+    """Rows that are exchanged, for a coordinate without mass, have more blocks than Python allows calls by default."""
+    x, y, z, t = symbols("x y z t")
+    given = Scene(
+        "massless_third", coordinates={x: "m", y: "m", z: "m"}, kinetic=(rate(x) ** 2 + rate(y) ** 2) / 2,
+        potential=3 * z**2 + 2 * y + x**2, dissipation=rate(y) ** 2 / 5, length=1, parameters=(),
+        constraints={"surface": z - x * y / 2 - x**2 / 3 - sin(2 * t) / 4, "edge": rate(y) - rate(x) * sin(x)},
+        start={x: 0, y: 1, z: 0, rate(x): 1, rate(y): 0, rate(z): 1},
+    )  # fmt: skip
+    r = ss.march(ss.scene(given), "radau_iia2", dt=0.01, t_end=1.0)
+    fine = ss.march(ss.scene(given), "bdf4", dt=0.001, t_end=1.0)
+    assert np.abs(r.u[-1] - fine.u[-1]).max() < 1e-5
 
 
 def test_no_file_of_another_language_is_printed() -> None:

@@ -76,7 +76,7 @@ class abs_power(Function):
 JUMPS = sign_of, where_at_least, is_negative, Piecewise  # whose derivatives say nothing of how they jump
 
 
-def jumps(e: Expr | Matrix, symbols: Iterable[Symbol]) -> bool:
+def may_jump(e: Expr | Matrix, symbols: Iterable[Symbol]) -> bool:
     """Whether it may jump where any of the symbols changes, which its derivatives by them do not say."""
     return any(jump.free_symbols & {*symbols} for jump in e.atoms(*JUMPS))
 

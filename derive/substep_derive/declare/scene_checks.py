@@ -14,7 +14,7 @@ from .expressions import require_known
 from .law import Element
 from .names import check_scene
 from .parameter import NOT_NEGATIVE, Parameter, signed
-from .potentials import jumps
+from .potentials import may_jump
 from .reactions import Constraint, Contact, Friction
 from .symbols import sampled, t
 
@@ -156,8 +156,8 @@ def _reactions(scene: _Declared, values: set[Symbol], q: set[Symbol], v: set[Sym
 
 def _linear(e: Expr, symbols: set[Symbol]) -> bool:
     """Whether an expression is linear in symbols, and the same on all branches."""
-    bends = any(jumps(e.diff(a), symbols) or e.diff(a, b).expand() != 0 for a in symbols for b in symbols)
-    return not (bends or jumps(e, symbols))
+    bends = any(may_jump(e.diff(a), symbols) or e.diff(a, b).expand() != 0 for a in symbols for b in symbols)
+    return not (bends or may_jump(e, symbols))
 
 
 def _bounded(scene: _Declared, values: set[Symbol]) -> None:

@@ -27,7 +27,7 @@ from sympy import (
 
 from ..declare.law import Element, e_dot, elapsed
 from ..declare.parameter import POSITIVE, signed
-from ..declare.potentials import abs_power, contact, jumps, tidy
+from ..declare.potentials import abs_power, contact, may_jump, tidy
 from ..declare.scene import Scene
 from ..declare.symbols import rate, sampled, t
 from .held import Held
@@ -150,7 +150,7 @@ class EquationsOfMotion:
         """Damping matrix (d, d), constant; zeros where forces depend on the rates in any other way."""
         v, others = self.scene.rates, self.of_terms(True, False)
         found = Matrix([[e.diff(r) for r in v] for e in others])
-        if found.free_symbols & {*self.coordinates, *v, t} or jumps(others, v):
+        if found.free_symbols & {*self.coordinates, *v, t} or may_jump(others, v):
             return zeros(len(v))
         return found
 
@@ -177,7 +177,7 @@ class EquationsOfMotion:
         V = self._whole_potential
         driven = (V - V.subs(t, 0)).expand() if V.has(t) else Integer(0)
         own = [*self.scene.invariants, *(q for q in self.coordinates if V.has(q))]
-        bends = any(jumps(driven.diff(q), own) or driven.diff(q, p).expand() != 0 for q in own for p in own)
+        bends = any(may_jump(driven.diff(q), own) or driven.diff(q, p).expand() != 0 for q in own for p in own)
         return Integer(0) if bends or driven.has(nan, zoo, oo) else driven
 
     @cached_property
@@ -314,7 +314,7 @@ class EquationsOfMotion:
     @property
     def linear(self) -> bool:
         """Whether the force is linear in coordinates and rates, without memory, and the mass constant."""
-        bends = self.scene.laws or self.general or jumps(self._force, self.coordinates)
+        bends = self.scene.laws or self.general or may_jump(self._force, self.coordinates)
         return not (bends or self._tangent.free_symbols & set(self.coordinates))
 
     @cached_property

@@ -17,6 +17,7 @@ from types import ModuleType
 
 from . import file_lock
 
+DEEP = 20_000  # calls: numba follows names from block to block by recursion, and long eliminations have many blocks
 _locks: dict[str, Lock] = {}  # of each module, between threads
 
 
@@ -56,6 +57,7 @@ def cached_module(declared: str, text: Callable[[], str]) -> ModuleType:
             path = cache_folder() / f"{module_name}.py"
             if not _intact(path):
                 _print(path, text)
+            sys.setrecursionlimit(max(sys.getrecursionlimit(), DEEP))
             module = _load(module_name, path)
     return module
 
