@@ -13,7 +13,8 @@ from substep_derive import Constraint, DeclarationError, Scene, rate
 from substep_derive import t as time
 from substep_derive.declare.scenes.constrained import rod_double_pendulum, rod_pendulum
 from sympy import Symbol, cos, sin
-from test_constraints import PENDULUM, G, rods
+from test_constrained_steps import rods
+from test_constraints import PENDULUM, G
 from test_constraints import pendulum as at_positions
 
 import substep as ss
