@@ -44,10 +44,12 @@ derive-check: $(READY)
 reproduce: $(READY)
 	$(BIN)/substep reproduce
 
+# room for what pyright makes and drops, which saves a fifth of its time; only where there is a node that takes the option
+YOUNG := --max-semi-space-size=64
 lint: $(TOOLS)
 	$(BIN)/lint-imports --no-logo
 	$(BIN)/ruff check . && $(BIN)/ruff format --check .
-	$(BIN)/pyright
+	@echo "$(BIN)/pyright" && NODE_OPTIONS="$$(NODE_OPTIONS=$(YOUNG) node -e 0 2>/dev/null && echo $(YOUNG))" $(BIN)/pyright
 
 # one thread of linear algebra for each of pytest's workers: others would spin while they wait for the cores of these
 test verify: export OPENBLAS_NUM_THREADS = 1
