@@ -19,7 +19,7 @@ import substep as ss
 SOME = ["average_acceleration", "bathe", "bdf2"]
 DAMPING = {"backward_euler", "theta_method"}  # of first order: they lose energy between impacts and turning points, too
 SECOND = [name for name in SLIDING if name not in DAMPING] if VERIFY else [*SOME, "radau_iia2"]
-LASTING = [name for name in SECOND if name in TAKEN and name != "gholampour" and impulses_last(Step.of(BY_NAME[name]))]
+LASTING = [name for name in SECOND if name != "gholampour" and impulses_last(Step.of(BY_NAME[name]))]
 u, v = Symbol("u"), rate(Symbol("u"))
 # steps of a unit mass without forces over a floor from u, v, with the acceleration 0; and weights of their pressures
 BY_HAND = {
