@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from substep_derive import DeclarationError, Friction, Scene, optional, rate, sampled, t
-from sympy import Abs, Expr, Interval, Max, Rational, Symbol, cos, sign, sin
+from substep_derive.declare.branches import absolute, larger, sign_of
+from sympy import Abs, Expr, Interval, Max, Rational, Symbol, cos, sign, sin, sympify
 
 import substep as ss
 
@@ -45,9 +46,11 @@ def test_forces_are_more_than_their_slopes(given: dict[str, Any], force: Force) 
     own = {"load": ss.Harmonic(1.0, 3.0)} if any(e.has(sampled) for e in made.load.values()) else {}
     scene = ss.scene(made, **own)
     exact = solve_ivp(lambda t, z: [z[1], force(t, *z) / 2], (0, 2), [1.0, 0.0], rtol=1e-9, max_step=0.002).y[:, -1]
+    declared = (made.potential, made.dissipation, *made.forces.values(), *made.load.values())
+    jumping = any(e.has(absolute, sign_of, larger) for e in map(sympify, declared))
     for name in ("average_acceleration", "bathe", "rk4"):
         r = ss.march(scene, name, dt=0.002, t_end=2.0)
-        assert np.abs(np.array([*r.u[-1], *r.v[-1]]) - exact).max() < 2e-3
+        assert np.abs(np.array([*r.u[-1], *r.v[-1]]) - exact).max() < (2e-3 if jumping else 1e-5)
 
 
 @pytest.mark.usefixtures("uncompiled")

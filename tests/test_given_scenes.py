@@ -192,10 +192,10 @@ def test_energy_momentum_keeps_potentials_with_branches(potential: Expr, energy:
     exact = solve_ivp(slope, (0, 5), [1.0, 0.3], rtol=1e-8, atol=1e-9, max_step=2e-3).y[:, -1]
     scene = ss.scene(given)
     assert scene.info.oscillator is None
-    for name, kept in (("energy_momentum", 1e-12), ("rk4", 0.02)):
+    for name, close, kept in (("energy_momentum", 1e-4, 1e-13), ("rk4", 5e-3, 1e-2)):
         r = ss.march(scene, name, dt=0.005, t_end=5.0)
         assert r.energy[0] == pytest.approx(0.045 + energy(1.0), rel=1e-14)
-        assert np.abs(np.array([*r.u[-1], *r.v[-1]]) - exact).max() < 0.02
+        assert np.abs(np.array([*r.u[-1], *r.v[-1]]) - exact).max() < close
         assert np.ptp(r.energy) < kept
 
 

@@ -34,21 +34,20 @@ def test_steps_of_one_length_hit_what_passes_near_and_how_near_is_known(name: st
     assert not first_impacts(name, h, 1.05 * reach + 0.05)
     assert len(first_impacts(name, h, 0.6 * reach)) == 16  # whatever the phase
     for hit in first_impacts(name, h, 0.0):  # at rest, were it exact
-        assert -(1.5 + 2 * reach) * h < hit.before < -0.5 * h
+        assert -(1.25 + 2 * reach) * h < hit.before < -0.9 * h
 
 
 @pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("depth", [1e-2, 1e-3, 1e-4])
 def test_chosen_steps_find_how_softly_it_is_met(depth: float) -> None:
-    """The square of the velocity is known to the error of u, times a number: what is less deep is passed over."""
+    """By a scheme that keeps energy the velocity is that of the depth; when it is met, to the error of u over it."""
     scene = ss.scene("impact_oscillator", b=1.0 - depth, u0=-1.0)
     square = depth * (2.0 - depth)
     for tol in (1e-5, 1e-6, 1e-7):
         r = ss.march(scene, "average_acceleration", tol=tol, t_end=5.0)
-        error = 10 * tol ** (2 / 3)
-        if error < square:
-            assert r.impacts[0].before ** 2 == pytest.approx(square, abs=error)
-            assert r.impacts[0].t == pytest.approx(np.arccos(depth - 1.0), abs=2 * error / np.sqrt(square))
+        error = tol ** (2 / 3)
+        assert r.impacts[0].before ** 2 == pytest.approx(square, abs=5e-5 * error)
+        assert r.impacts[0].t == pytest.approx(np.arccos(depth - 1.0), abs=0.06 * error / np.sqrt(square))
     r = ss.march(ss.scene("impact_oscillator", b=1.0 + depth, u0=-1.0), "average_acceleration", tol=1e-7, t_end=5.0)
     assert not r.impacts
 
@@ -76,5 +75,5 @@ def test_a_driven_oscillator_that_grazes_is_that_of_event_driven_integration(b: 
     scene = ss.scene("impact_oscillator", c=c, restitution=e, b=b, amplitude=1.0, omega_d=2.0, u0=-0.3)
     r = ss.march(scene, "average_acceleration", tol=1e-7, t_end=t_end)
     assert len(speeds) >= 3
-    assert [hit.before for hit in r.impacts] == pytest.approx(speeds, abs=3e-3)
-    assert np.abs(np.array([*r.u[-1], *r.v[-1]]) - x).max() < 3e-3
+    assert [hit.before for hit in r.impacts] == pytest.approx(speeds, abs=6e-4)
+    assert np.abs(np.array([*r.u[-1], *r.v[-1]]) - x).max() < 6e-4
