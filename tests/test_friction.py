@@ -234,3 +234,32 @@ def test_what_cannot_be_taken_is_refused_with_the_reason() -> None:
         Scene("nothing", **given, frictions={"pad": Friction(Symbol("t"), 1)})
     with pytest.raises(DeclarationError, match="limit of friction pad holds 'wall'"):
         Scene("unknown", **given, frictions={"pad": Friction(u, Symbol("wall"))})
+
+
+def test_what_friction_takes_is_accounted_for() -> None:
+    """A block with 4.5 J slides until they are gone, against 0.3*9.81 N; a swing on a pad loses its energy there."""
+    block = ss.march("sliding_block", "average_acceleration", dt=1e-3, t_end=2.0)
+    power = block.power_of_each["friction drag"]
+    slides = block.v[:, 0] > 1e-3
+    assert np.allclose(power[slides], -0.3 * 9.81 * block.v[slides, 0], rtol=1e-9)
+    assert np.trapezoid(power, block.t) == pytest.approx(-4.5, abs=1e-5)
+    with pytest.raises(ValueError, match=r"without contacts .* got floor, .* r.impacts says .* r.powers"):
+        _ = block.numerical
+    swing = ss.march("friction_oscillator", "average_acceleration", dt=1e-3, t_end=4.0)
+    assert list(swing.powers) == ["friction"]
+    limit, way = 0.1, np.abs(np.diff(swing.u[:, 0])).sum()
+    lost = swing.energy[0] - swing.energy[-1]
+    assert lost == pytest.approx(limit * way, abs=1e-6)
+    assert -np.trapezoid(swing.powers["friction"], swing.t) == pytest.approx(lost, rel=2e-4)
+    assert np.abs(swing.numerical).max() < 2e-4 * lost
+
+
+def test_a_belt_gives_power_to_what_it_drags() -> None:
+    """A block at rest on a belt that moves at 2 m/s is dragged by 0.5 N until it has come along."""
+    belt = Scene(
+        "belt", coordinates={u: "m"}, kinetic=v**2 / 2, potential=0, parameters=(), start={u: 0, v: 0}, length=1,
+        frictions={"belt": Friction(along=u - 2 * Symbol("t"), limit=Rational(1, 2))},
+    )  # fmt: skip
+    r = ss.march(ss.scene(belt), "average_acceleration", dt=1e-3, t_end=3.0)
+    assert np.allclose(r.power_of_each["friction belt"], 0.5 * r.v[:, 0], atol=1e-12)
+    assert np.abs(r.numerical).max() < 1e-9

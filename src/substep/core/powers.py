@@ -40,20 +40,30 @@ def power_of_each(r: _Run) -> Mapping[str, Array]:
     """See `Response.power_of_each`."""
     _require_scene(r)
     found = {name: x for name, x in _of_scene(r).items() if name != "frame"}
-    if names := r.scene.info.multipliers:
-        along = np.einsum("ncd,nd->nc", r.scene.directions(r.t, r.u)[:, : len(names)], r.v)
-        reactions = zip(names, r.multipliers.values(), along.T, strict=True)
-        found |= {f"constraints {name}": -multiplier * rate for name, multiplier, rate in reactions}
+    info = r.scene.info
+    if info.multipliers or info.frictions:
+        along = np.einsum("ncd,nd->nc", r.scene.directions(r.t, r.u), r.v).T
+        held, rubbed = along[: len(info.multipliers)], along[len(info.multipliers) + len(info.contacts) :]
+        forces = zip(info.multipliers, r.multipliers.values(), held, strict=True)
+        found |= {f"constraints {name}": -multiplier * rate for name, multiplier, rate in forces}
+        found |= {f"friction {name}": -_of_steps(r, name) * x for name, x in zip(info.frictions, rubbed, strict=True)}
+    return found
+
+
+def _of_steps(r: _Run, name: str) -> Array:
+    """A reaction (n+1,) that steps compute: at the end of each, and at the start that of the first."""
+    found = r.memory[name].copy()
+    found[0] = found[min(1, len(found) - 1)]
     return found
 
 
 def numerical(r: _Run) -> Array:
     """See `Response.numerical`."""
     _require_scene(r)
-    if acting := (*r.scene.info.contacts, *r.scene.info.frictions):
+    if acting := r.scene.info.contacts:
         raise ValueError(
-            f"expected a scene without contacts and friction for the energy that the scheme dissipates, got "
-            f"{', '.join(acting)}, which act within a step; r.impacts says what each impact takes"
+            f"expected a scene without contacts for the energy that the scheme dissipates, got {', '.join(acting)}, "
+            "which act within a step; r.impacts says what each impact takes, r.powers what else gives or takes energy"
         )
     return unaccounted(r)
 

@@ -201,7 +201,8 @@ class Response:
         """The power (n+1,), W, of what gives energy to the scene or takes it, by name: only of what is there.
 
         dissipation, forces and load as they are declared; time, of energies that hold it; constraints, by their
-        multipliers, which is 0 but for the scheme's error unless they move. `power_of_each` has their parts.
+        multipliers, which is 0 but for the scheme's error unless they move; friction, by the forces that steps compute.
+        `power_of_each` has their parts.
         """
         return powers(self)
 
@@ -209,8 +210,8 @@ class Response:
     def power_of_each(self) -> Mapping[str, Array]:
         """The power (n+1,), W, of each force that `powers` adds up, by the name there and what it is declared for.
 
-        `forces x` and `load x` on the coordinate x, `constraints rod` of the constraint rod; dissipation and time have
-        no parts. All of them together are the sum of `powers`.
+        `forces x` and `load x` on the coordinate x, `constraints rod` of the constraint rod, `friction pad` of the
+        friction pad; dissipation and time have no parts. All of them together are the sum of `powers`.
         """
         return power_of_each(self)
 
@@ -219,7 +220,7 @@ class Response:
         """The energy (n+1,), J, that the scheme itself has dissipated so far: what no power and no law accounts for.
 
         The powers are added up by Simpson's rule over the rows, whose error is in it too. Raises ValueError for a scene
-        with contacts or friction, whose reactions act within a step: `impacts` says what each of them takes.
+        with contacts, whose reactions act within a step: `impacts` says what each of them takes.
         """
         return numerical(self)
 

@@ -40,7 +40,8 @@ def gained(r: Response, dt: float | None) -> str:
     kinetic = float(np.nanmax(r.energy - r.scene.energy(r.t, r.u, np.zeros_like(r.v))))
     if not (last > TIMES * scale and last - first > 0.5 * kinetic):
         return ""
-    if r.powers and not -unaccounted(r)[-1] > 0.5 * (last - first):  # forces, and what moves, have given it
+    unexplained = -unaccounted(r)[-1] if {*r.powers} - {"friction"} else last - first
+    if not unexplained > 0.5 * (last - first):  # forces, and what moves, have given it
         return ""
     kept = "whose friction only takes it" if r.scene.info.frictions else "which conserves it"
     why = pressing(r, r.energy) or f"{'take a smaller step' if dt else 'take a smaller tol'}, or another scheme"
