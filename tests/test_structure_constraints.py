@@ -176,6 +176,7 @@ def test_wrong_constraints_are_refused() -> None:
     for given, expected in (
         ({"rod": 3.0}, "a name with a function of the displacements, got float"),
         ({"rod": lambda u: u @ u - 1.0}, "to return its value and its gradient"),
+        ({"rod": lambda u, t: (u @ u - t, 2.0 * u)}, "of the displacements, got one of 2 arguments"),
         ({"rod": lambda u: (u @ u - 1.0, u[:2])}, r"got shapes \(\) and \(2,\)"),
         ({"rod": lambda u: (np.nan, u)}, "finite values"),
         ({"rod": lambda u: (u[0] ** 2 + u[1] ** 2 - 1.0, u)}, "the gradient of its value"),

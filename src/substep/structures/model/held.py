@@ -9,6 +9,7 @@ import numpy as np
 from ...core.arrays import Array
 from ..solvers.matrices import Matrix
 from .contacts import Named
+from .internal_force import needed_arguments
 
 KEPT = 1e-9  # of a gradient times the displacements, or the velocities: how far a start may be off the constraints
 DEPENDENT = 1e-10  # of the largest singular value of the directions of gradients: with a smaller one they are dependent
@@ -102,8 +103,8 @@ class Held(Named):
 def held_of(given: Mapping[Any, Any], T: Matrix, u: Array) -> Held:
     """Constraints from what `structure` takes; u (n,): where a structure starts, T: of a `Model`.
 
-    Raises ValueError for names and functions that are none, for values or gradients of other shapes or not finite, and
-    for a gradient that is not that of the values.
+    Raises ValueError for names and functions that are none, for functions of more than the displacements, for values
+    or gradients of other shapes or not finite, and for a gradient that is not that of the values.
     """
     where, functions, first, whole = dict[str, int | slice](), list[Given](), 0, T @ u
     for name, function in given.items():
@@ -111,6 +112,11 @@ def held_of(given: Mapping[Any, Any], T: Matrix, u: Array) -> Held:
             raise ValueError(
                 f"expected constraint {name!r} as a name with a function of the displacements, got "
                 f"{type(function).__name__}; give such as {{'rod': lambda u: (u @ u - 1.0, 2.0 * u)}}"
+            )
+        if (needed := needed_arguments(function)) != 1:
+            raise ValueError(
+                f"expected constraint '{name}' as a function of the displacements, got one of {needed} arguments; what "
+                "moves with time is the motion of a support, or a constraint of a scene"
             )
         value = _asked(name, function, whole)
         count = value.size

@@ -108,10 +108,15 @@ class InternalForce:
         return function(*{1: given[1:2], 2: given[1:], 3: given}[_arguments(function)])
 
 
+def needed_arguments(function: Callable[..., Any]) -> int:
+    """How many arguments a function cannot be called without."""
+    kinds = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    return sum(p.kind in kinds and p.default is p.empty for p in inspect.signature(function).parameters.values())
+
+
 def _arguments(function: Callable[..., Any]) -> int:
     """How many of u, or u and v, or t, u and v a function takes."""
-    kinds = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
-    needed = [p for p in inspect.signature(function).parameters.values() if p.kind in kinds and p.default is p.empty]
-    if len(needed) not in (1, 2, 3):
-        raise ValueError(f"expected a function of u, of u and v, or of t, u and v, got one of {len(needed)} arguments")
-    return len(needed)
+    needed = needed_arguments(function)
+    if needed not in (1, 2, 3):
+        raise ValueError(f"expected a function of u, of u and v, or of t, u and v, got one of {needed} arguments")
+    return needed
