@@ -86,6 +86,7 @@ def _march(body: Body, step: StepText, arguments: Sequence[str]) -> str:
     stores = [f"row[{place}] = {w.doprint(e)}" for place, e in stored]
     read = [f"{row}[j] = {name}[lane]" for name, row in row_of.items()]
     read += [*(f"{name}[j] = state[lane, {place}]" for name, place in body.places), "peak_row[j] = -np.inf"]
+    read += [f"{name}[j] = 0.0" for name in ("leaves", *(f"{sums}_{k}" for k in iterated for sums in ("sum", "most")))]
     constants = lines([*body.constants, *body.near], 2, w)
     read_shift, shift = _shift(body, w)
     return fill(

@@ -34,12 +34,12 @@ def _block(lane0, lane1, {arguments}):
     Every column of the rows is marched: behind the last lane, and where a lane has left, stand copies of others.
     """
     widest()
-    rows = np.zeros(({rows}, WIDTH + 16))
+    rows = np.empty(({rows}, WIDTH + 16))
     begin = -(rows.ctypes.data // 8) & 7  # at a cache line
     end = begin + 8 * ((lane1 - lane0 + 7) // 8)
     place = begin - lane0  # a lane stands in column place + lane
-    of_lane = np.zeros(WIDTH + 16, dtype=np.int64)  # whose numbers a column has
-    runs = np.zeros(WIDTH + 16, dtype=np.bool_)  # whether they are its own lane's
+    of_lane = np.empty(WIDTH + 16, dtype=np.int64)  # whose numbers a column has
+    runs = np.empty(WIDTH + 16, dtype=np.bool_)  # whether they are its own lane's
 {counts}{allocate}
     for j in range(begin, end):
         lane = of_lane[j] = min(j - place, lane1 - 1)
@@ -51,7 +51,7 @@ def _block(lane0, lane1, {arguments}):
 {constants}    i, ends, left = first, first, 0
     while True:
         if i == ends or left > 0:
-            ends = n[lane0:lane1].max()
+            ends = 1 << 62  # farther than any lane goes
             for j in range(begin, end):
                 if n[of_lane[j]] > i:
                     ends = min(ends, n[of_lane[j]])
@@ -98,7 +98,8 @@ def march_block({arguments}):
 '''
 
 BLOCK_COUNTS = """    # Newton's iterations of steps in which all lanes took the same number: their sum, and the most
-    common = np.zeros((2, {balances}), dtype=np.int64)
+    common = np.empty((2, {balances}), dtype=np.int64)
+    common[:] = 0
 """
 
 BLOCK_COUNT = """        if i < iterations.shape[1]:
