@@ -11,7 +11,7 @@ from .declare.parameter import Family, Parameter, Root
 from .declare.published import Published
 from .declare.reactions import Constraint, Contact, Friction
 from .declare.scene import Scene, optional, required
-from .declare.scenes.constrained import four_bars, rod_chain
+from .declare.scenes.rods import four_bars, rod_chain
 from .declare.scheme import Balance, Scheme
 from .declare.symbols import K0, C, K_t, M, N, N_discrete, Omega, acceleration, f, h, knot, rate, sampled, t, xi
 from .declare.tableau import nystrom, tableau

@@ -53,15 +53,15 @@ def _schemes() -> Iterator[Scheme]:
 
 
 def _scenes() -> Iterator[Scene]:
-    from .scenes import ALL  # noqa: PLC0415
+    from .scenes import declared  # noqa: PLC0415
 
-    return iter(ALL)
+    return declared()
 
 
 def _laws() -> Iterator[Law]:
-    from .laws import ALL  # noqa: PLC0415
+    from .laws import declared  # noqa: PLC0415
 
-    return iter(ALL)
+    return declared()
 
 
 def _same_step(one: Scheme, other: Scheme) -> bool:

@@ -1,5 +1,19 @@
 """Declarations of laws, one kind a file; ALL holds them in the order in which they are listed."""
 
-from . import elastic, plastic, smooth, viscous
+from collections.abc import Iterator
 
-ALL = (*elastic.ALL, *plastic.ALL, *smooth.ALL, *viscous.ALL)
+from ..in_turn import in_turn
+from ..law import Law
+
+MODULES = ("elastic", "plastic", "smooth", "viscous")
+
+
+def declared() -> Iterator[Law]:
+    """Every law in the catalogue's order."""
+    return in_turn(__name__, MODULES)
+
+
+def __getattr__(name: str) -> tuple[Law, ...]:
+    if name != "ALL":
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    return tuple(declared())

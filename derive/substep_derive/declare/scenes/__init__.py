@@ -1,15 +1,29 @@
 """Declarations of scenes, one system a file; ALL holds them in the order in which they are listed."""
 
-from . import constrained, contact, hysteretic, impact, lagrange, mechanisms, nonlinear, oscillator, pendulum
+from collections.abc import Iterator
 
-ALL = (
-    *oscillator.ALL,
-    *pendulum.ALL,
-    *nonlinear.ALL,
-    *contact.ALL,
-    *hysteretic.ALL,
-    *lagrange.ALL,
-    *constrained.ALL,
-    *mechanisms.ALL,
-    *impact.ALL,
+from ..in_turn import in_turn
+from ..scene import Scene
+
+MODULES = (
+    "oscillator",
+    "pendulum",
+    "nonlinear",
+    "contact",
+    "hysteretic",
+    "lagrange",
+    "constrained",
+    "mechanisms",
+    "impact",
 )
+
+
+def declared() -> Iterator[Scene]:
+    """Every scene in the catalogue's order."""
+    return in_turn(__name__, MODULES)
+
+
+def __getattr__(name: str) -> tuple[Scene, ...]:
+    if name != "ALL":
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    return tuple(declared())

@@ -1,8 +1,8 @@
 """The catalogue: declarations only. A new scheme is one declaration in a module here, and one entry in its ALL."""
 
 from collections.abc import Iterator, Sequence
-from importlib import import_module
 
+from ..in_turn import in_turn
 from ..scheme import Scheme
 
 MODULES = (
@@ -16,9 +16,8 @@ EXAMPLES = ("newmark_bdf2", "bathe")  # whose kernels on the elastic pendulum ar
 
 
 def declared(modules: Sequence[str] = MODULES) -> Iterator[Scheme]:
-    """Every scheme in the catalogue's order. A module is imported when its turn comes: to declare all takes seconds."""
-    for name in modules:
-        yield from import_module(f".{name}", __package__).ALL
+    """Every scheme in the catalogue's order."""
+    return in_turn(__name__, modules)
 
 
 def __getattr__(name: str) -> tuple[Scheme, ...]:
