@@ -94,12 +94,12 @@ class Law:
     @cached_property
     def trial(self) -> Expr:
         """The force at e from the memory last committed."""
-        return self.force.subs(dict(self.update), simultaneous=True)
+        return self.force.xreplace(dict(self.update))
 
     @cached_property
     def lost(self) -> Expr:
         """What a commit at e dissipates, of e and the memory last committed."""
-        return self.dissipated.subs({**self.update, **{before(s): s for s in self.memory}}, simultaneous=True)
+        return self.dissipated.xreplace({**self.update, **{before(s): s for s in self.memory}})
 
     def on(self, elongation: Expr, **values: Any) -> "Element":
         """The law over an elongation of a scene; values: of its parameters, in the scene's, by name."""
@@ -136,8 +136,7 @@ class Element:
         found = dict[Symbol, Expr]()
         for p in self.law.parameters:
             found[p.symbol] = self.values[p.name] if p.name in self.values else p.default.subs(found)
-        found |= dict(memory) | {e: self.elongation}
-        return of_law.subs(found, simultaneous=True)
+        return of_law.xreplace({**found, **memory, e: self.elongation})  # subs takes seconds of Piecewise
 
     def renamed(self, names: Mapping[Symbol, Expr]) -> "Element":
         """The same with other symbols of the scene."""

@@ -31,7 +31,7 @@ def law_module(law: Law) -> str:
     ]
     if law.dissipated != 0:
         outputs.append((new[-1], DISSIPATED + law.lost))
-    outputs.append(("stored[i]", law.stored.subs(dict(law.update), simultaneous=True)))
+    outputs.append(("stored[i]", law.stored.xreplace(dict(law.update))))
     used = {s for _, x in outputs for s in x.free_symbols}
     names = {
         s.name: printed(s).name for s in (*parameters, *keeps, e, e_dot, elapsed)

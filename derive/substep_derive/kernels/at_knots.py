@@ -71,7 +71,7 @@ class AtKnots:
             return mass, force + w.discrete_reaction(old, new)
         mass, force = w.motion.equation(list(u), list(v), instant)
         force += w.reaction(place.force, list(u), instant)
-        return mass, force.subs(w.remembered(place.u), simultaneous=True)
+        return mass, force.xreplace(w.remembered(place.u))
 
 
 def places_of(balance: Balance, at: AtKnots) -> list[Place]:

@@ -269,7 +269,7 @@ def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
 def _rate_force(w: Writer, speed: Matrix, z: Matrix) -> tuple[Matrix, Matrix]:
     """The force of laws of the rate at the velocity of the damping force, and its derivative by z."""
     rates = dict(zip(w.motion.scene.rates, w.hoisted(speed), strict=True))
-    force = w.motion.rate_force.subs(rates, simultaneous=True)
+    force = w.motion.rate_force.xreplace(rates)
     return force, force.jacobian(z)
 
 

@@ -132,7 +132,7 @@ class Body:
         memory: Assignments = list(zip(w.memory(0).values(), committed.values(), strict=True))
         memory += assign(at_start(motion.scene), reactions)
         at = dict(zip((*motion.coordinates, *motion.scene.rates), (*report[0], *report[1]), strict=True))
-        energy = w.hoist(motion.energy.subs({**at, **committed, t: w.instant(Integer(1))}, simultaneous=True))
+        energy = w.hoist(motion.energy.xreplace({**at, **committed, t: w.instant(Integer(1))}))
         estimates = [w.vector(e) for e in errors]
         for stage, step in list(zip(found, steps, strict=True))[::-1]:
             if stage.moved:  # the last implicit balance, whose effective mass filters, if it has one of its own

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from sympy import Expr, Matrix, Symbol
+from sympy import Expr, Integer, Matrix, Symbol
 
 from ..declare.errors import DeclarationError
 from ..declare.law import elapsed
@@ -100,17 +100,17 @@ class EstimatedBody:
         place = dict(zip((*motion.coordinates, *motion.scene.rates), (*u, *v), strict=True))
         place |= {
             sampled: Symbol("load"),
-            elapsed: 0,
+            elapsed: Integer(0),
             **{s: old for s, (old, _) in zip(motion.memory, body.memory, strict=True)},
         }
-        acceleration = motion.consistent_acceleration.subs(place, simultaneous=True)
+        acceleration = motion.consistent_acceleration.xreplace(place)
         halved = Body.of(scheme, motion, now=t) if any(e.has(*HALVED[:2]) for e in errors) else None
         return cls(
             body, terms, once, [*changing, *body.near], uneven, found[0], found[1], found[2] if found[2:] else [],
             always, kept, (by_before[0], by_before[1]), lag, halved, acceleration,
             Interpolant.of(knot(0), knot(1), order),
-            tuple(e.subs({**place, elapsed: elapsed}, simultaneous=True) for e in motion.commit.values()),
-            tuple((x.subs(place, simultaneous=True), r.subs(place, simultaneous=True)) for x, r in motion.elongations),
+            tuple(e.xreplace({**place, elapsed: elapsed}) for e in motion.commit.values()),
+            tuple((x.xreplace(place), r.xreplace(place)) for x, r in motion.elongations),
         )  # fmt: skip
 
     @property

@@ -72,7 +72,7 @@ def lasting(w: Writer, k: int, where: tuple[Expr, Expr], u: Matrix, v: Matrix) -
     found = Part([*assign(names[0], w.hoisted(u)), *assign(names[1], w.hoisted(v))])
     at, speed = (list(name) for name in names)
     mass, force = w.motion.equation(at, speed, when)
-    force = force.subs(w.remembered(argument), simultaneous=True)
+    force = force.xreplace(w.remembered(argument))
     directions = held.directions_at(at, when)
     block, entries = held_block(w, places, mass, directions, f"lasting{k}")
     rates = held.at(held.drift[1], at, speed, when)[: len(places), :]

@@ -172,7 +172,7 @@ class Writer:
         new = self.memory(place)
         found = Assignments()
         for s, e in self.motion.commit.items():
-            value = self.hoist(e.subs(where, simultaneous=True))
+            value = self.hoist(e.xreplace(where))
             found.append((new[s], value if condition == true else Piecewise((value, condition), (old[s], True))))
         return found
 
@@ -229,7 +229,7 @@ class Writer:
             if self.motion.memory and where.args[0] in self.committed:
                 moving = self.components(Symbol(f"v_{(knot_of(where.args[0]) or ('', '0'))[1]}"))
                 at += moving.applyfunc(sign) * self.motion.scene.length / 10**9
-            tangent = self.motion.tangent(list(at)).subs(self.remembered(where.args[0]), simultaneous=True)
+            tangent = self.motion.tangent(list(at)).xreplace(self.remembered(where.args[0]))
             e = e.subs(where, TANGENT)
         marks: dict[Expr, Dummy] = {atom: Dummy() for atom in sorted(e.atoms(N, N_discrete, f), key=str)}
         e = e.subs(marks)
@@ -246,7 +246,7 @@ class Writer:
         if isinstance(atom, N):
             at = list(self.vector(atom.args[0]))
             force = self.motion.force(at) + self.reaction(atom, at)
-            return force.subs(self.remembered(atom.args[0]), simultaneous=True)
+            return force.xreplace(self.remembered(atom.args[0]))
         if isinstance(atom, N_discrete):
             old, new = (list(self.vector(argument)) for argument in atom.args)
             return discrete_gradient(self.motion, old, new) + self.discrete_reaction(old, new)

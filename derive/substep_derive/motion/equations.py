@@ -227,7 +227,7 @@ class EquationsOfMotion:
         for (element, symbols), (elongation, speed) in zip(self._laws, self.elongations, strict=True):
             if element.law.of_rate == of_rate:
                 along = Matrix([elongation.diff(q) for q in self.coordinates])
-                total += along * element.expression(element.law.trial, symbols).subs(e_dot, speed)
+                total += along * element.expression(element.law.trial, symbols).xreplace({e_dot: speed})
         return total
 
     @cached_property
@@ -249,13 +249,13 @@ class EquationsOfMotion:
 
     def force(self, u: Sequence[Expr]) -> Matrix:
         """Internal force N at the displacement u."""
-        return self._force.subs(dict(zip(self.coordinates, u, strict=True)), simultaneous=True)
+        return self._force.xreplace(dict(zip(self.coordinates, u, strict=True)))
 
     def equation(self, u: Sequence[Expr], v: Sequence[Expr], at: Expr) -> tuple[Matrix, Matrix]:
         """Mass and all forces but the load at u, v and a time, of laws from the memory last committed."""
         given = dict(zip((*self.coordinates, *self.scene.rates, t), (*u, *v, at), strict=True))
         whole = self._force + self.damping * Matrix(self.scene.rates) + self.rate_force
-        return self.mass.subs(given, simultaneous=True), whole.subs(given, simultaneous=True)
+        return self.mass.xreplace(given), whole.xreplace(given)
 
     @cached_property
     def _tangent(self) -> Matrix:
@@ -309,7 +309,7 @@ class EquationsOfMotion:
 
     def tangent(self, u: Sequence[Expr]) -> Matrix:
         """Tangent stiffness at the displacement u."""
-        return self._tangent.subs(dict(zip(self.coordinates, u, strict=True)), simultaneous=True)
+        return self._tangent.xreplace(dict(zip(self.coordinates, u, strict=True)))
 
     @property
     def linear(self) -> bool:
@@ -380,7 +380,7 @@ class EquationsOfMotion:
         several = len(self.scene.laws) > 1
         found = {name: e.subs(self.scene.invariants) for name, e in self.scene.outputs.items()}
         for (name, element), (_, speed) in zip(self.scene.laws.items(), self.elongations, strict=True):
-            force = element.expression(element.law.trial, self.scene.memory_of[name]).subs(e_dot, speed)
+            force = element.expression(element.law.trial, self.scene.memory_of[name]).xreplace({e_dot: speed})
             found[f"{name}_force" if several else "force"] = force
         return found
 

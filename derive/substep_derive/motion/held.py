@@ -77,7 +77,7 @@ class Held:
     def at(self, matrix: Matrix, u: Sequence[Expr], v: Sequence[Expr], at: Expr) -> Matrix:
         """A matrix of expressions in coordinates, rates and time, at a displacement, a velocity and a time."""
         given = dict(zip((*self.scene.coordinates, *self.scene.rates, t), (*u, *v, at), strict=True))
-        return matrix.subs(given, simultaneous=True)
+        return matrix.xreplace(given)
 
     def directions_at(self, u: Sequence[Expr], at: Expr) -> Matrix:
         """The derivatives (c, d) there; the transposed times the multipliers is a force on the side of all others."""

@@ -121,7 +121,7 @@ clough = Law(
     },
     force=q_0,
     stored=q_0**2 / (2 * k),
-    dissipated=done.subs(committed, simultaneous=True) - (q_0**2 - before(q_0) ** 2) / (2 * k),
+    dissipated=done.xreplace(committed) - (q_0**2 - before(q_0) ** 2) / (2 * k),
     reference="peak-oriented, the stiffness degrades: Clough & Johnston, Proc. Japan Earthq. Eng. Symp. (1966) 227-232",
 )
 
