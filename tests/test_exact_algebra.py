@@ -8,7 +8,7 @@ import pytest
 from substep_derive.algebra import rational
 from substep_derive.algebra.algebraic import Algebraic, Field, RealRoot, generator
 from substep_derive.algebra.constant import Constant
-from substep_derive.algebra.expanded import coefficients, terms
+from substep_derive.algebra.expanded import coefficients, polynomial_in, terms
 from substep_derive.algebra.points import RootPoint, ring_over
 from substep_derive.declare.catalogue import find
 from substep_derive.declare.symbols import Omega, xi
@@ -25,7 +25,9 @@ from sympy import (
     Poly,
     PolynomialError,
     Rational,
+    cancel,
     expand,
+    factor,
     gcd_list,
     symbols,
     together,
@@ -120,6 +122,18 @@ def test_polynomials_are_read_as_sympy_reads_them(e: Expr) -> None:
     assert all(terms(e, (x, y)).values())
     assert coefficients(e, x) == Poly(e, x).all_coeffs()
     assert coefficients(together(e / y).expand(), x) == Poly(together(e / y).expand(), x).all_coeffs()
+    for one, variable in ((e, x), (e.expand(), x), (expand(e * Omega * xi - y), xi), (e / y, x)):
+        assert (found := polynomial_in(variable, one)) == Poly(one, variable)
+        assert found.domain == Poly(one, variable).domain
+
+
+@pytest.mark.parametrize(
+    "den", [Integer(-6), 2 - 2 * x, 4 * x * y - 4 * y, expand((x - y) ** 2 * (1 - x) * Rational(3, 2))]
+)
+def test_fractions_are_cancelled_and_factored_as_sympy_does(den: Expr) -> None:
+    numerators = Matrix([[0, 3, x - 1], [2 - 2 * x**2, expand((y - x) * (3 * x + 6 * y)), x * y / 2 - y / 2]])
+    assert rational.in_factors(numerators, den) == (numerators / den).applyfunc(lambda e: factor(cancel(e)))
+    assert rational.in_factors(Matrix([[2, 0]]), Integer(-6)) == Matrix([[Rational(-1, 3), 0]])
 
 
 def test_what_is_no_polynomial_is_refused() -> None:

@@ -14,7 +14,7 @@ from sympy import QQ, Add, Expr, Integer, Matrix, Mul, Poly, Rational, Symbol, f
 
 from . import elimination
 from .algebraic import Algebraic, Field, generator
-from .expanded import terms
+from .expanded import polynomial_in, terms
 
 DIGITS = 2**120  # an approximation's relative error is below 1/DIGITS: a pair of doubles holds 2^106
 
@@ -198,7 +198,7 @@ class Polynomials:
             content = content.gcd(part) if not (content and content.is_ground) else content
         found = numerator.exquo(content)
         highest = parts[max(parts)].exquo(content)
-        return Poly(self.expression(found.mul_ground(self.field.domain.one / highest.LC)), variable)
+        return polynomial_in(variable, self.expression(found.mul_ground(self.field.domain.one / highest.LC)))
 
 
 def reduced(e: Expr) -> Expr:

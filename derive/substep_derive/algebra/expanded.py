@@ -4,9 +4,10 @@ What is not a sum of products of numbers and powers of symbols is left to SymPy.
 """
 
 from collections.abc import Sequence
+from math import prod
 from typing import Any
 
-from sympy import QQ, Add, Expr, Mul, Poly, Symbol
+from sympy import QQ, ZZ, Add, Expr, Mul, Poly, Symbol, ring
 
 Monomial = tuple[int, ...]
 
@@ -16,11 +17,30 @@ def terms(polynomial: Expr, symbols: Sequence[Symbol]) -> dict[Monomial, Any]:
 
     Raises SymPy's PolynomialError or CoercionFailed for anything else.
     """
-    found = expanded_terms(polynomial, symbols)
+    found = _multiplied_out(polynomial, symbols)
     if found is not None:
         return found
     read = Poly(polynomial, *symbols, domain=QQ).terms()
     return {powers: QQ(int(c.p), int(c.q)) for powers, c in read if c}
+
+
+def _multiplied_out(polynomial: Expr, symbols: Sequence[Symbol]) -> dict[Monomial, Any] | None:
+    """The terms of sums and products of expanded polynomials; None for anything else."""
+    found = expanded_terms(polynomial, symbols)
+    if found is not None or not (polynomial.is_Add or polynomial.is_Mul) or not symbols:
+        return found
+    parts = []
+    for part in polynomial.args:
+        if (read := _multiplied_out(part, symbols)) is None:
+            return None
+        parts.append(read)
+    if polynomial.is_Mul:
+        over = ring(list(symbols), QQ)[0]
+        return dict(prod(map(over.from_dict, parts), start=over.one))
+    total: dict[Monomial, Any] = {}
+    for powers, value in (term for part in parts for term in part.items()):
+        total[powers] = total[powers] + value if powers in total else value
+    return {powers: value for powers, value in total.items() if value}
 
 
 def expanded_terms(polynomial: Expr, symbols: Sequence[Symbol]) -> dict[Monomial, Any] | None:
@@ -40,6 +60,24 @@ def expanded_terms(polynomial: Expr, symbols: Sequence[Symbol]) -> dict[Monomial
         key = tuple(powers)
         found[key] = found[key] + value if key in found else value
     return {powers: value for powers, value in found.items() if value}
+
+
+def polynomial_in(variable: Symbol, expression: Expr) -> Poly:
+    """SymPy's `Poly(expression, variable)`, over the polynomials in the other symbols, in the order that SymPy has."""
+    others = expression.free_symbols - {variable}
+    symbols = Poly(Add(*others)).gens if others else ()
+    found = expanded_terms(expression, (variable, *symbols))
+    if not found:
+        return Poly(expression, variable)
+    numbers = ZZ if all(value.denominator == 1 for value in found.values()) else QQ
+    by_power: dict[Monomial, dict[Monomial, Any]] = {}
+    for (power, *rest), value in found.items():
+        by_power.setdefault((power,), {})[tuple(rest)] = numbers.convert(value, QQ)
+    if not symbols:
+        return Poly.from_dict({power: part[()] for power, part in by_power.items()}, variable, domain=numbers)
+    domain = numbers.poly_ring(*symbols)
+    read = {power: domain.ring.from_dict(part) for power, part in by_power.items()}
+    return Poly.from_dict(read, variable, domain=domain)
 
 
 def _is_power(factor: Expr) -> bool:

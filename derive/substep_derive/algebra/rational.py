@@ -15,7 +15,7 @@ from sympy.polys.matrices import DomainMatrix
 
 from . import elimination
 from .constant import Constant, Polynomials
-from .expanded import coefficients, expanded_terms, terms
+from .expanded import coefficients, expanded_terms, polynomial_in, terms
 
 SingularMatrix = elimination.SingularMatrix
 
@@ -79,6 +79,16 @@ def cancelled(numerators: Matrix, den: Expr) -> tuple[Matrix, Expr]:
     return found.to_Matrix(), both.domain.to_sympy(below)
 
 
+def in_factors(numerators: Matrix, den: Expr) -> Matrix:
+    """The entries of a matrix numerators/den of polynomials without constants, common factors of each cancelled."""
+    both = _cleared(Matrix([[*numerators, den]]))
+    if not both.domain.is_Poly:
+        return numerators / den
+    ((*entries, below),) = both.to_list()
+    pairs = (map(both.domain.to_sympy, e.cancel(below)) for e in entries)
+    return Matrix(*numerators.shape, [factor(above / below) for above, below in pairs])
+
+
 def common_denominator(matrix: Matrix) -> tuple[Matrix, Expr]:
     """(numerators, den) of a matrix of rational functions, common factors cancelled."""
     if not matrix.rows:
@@ -126,7 +136,7 @@ def primitive(expression: Expr, variable: Symbol) -> Poly:
     """The expression as a polynomial in one variable, without the factors its coefficients share."""
     if over_field := Polynomials.of([expression], variable):
         return over_field.primitive(expression, variable)
-    return Poly(expression, variable).clear_denoms(convert=True)[1].primitive()[1]
+    return polynomial_in(variable, expression).clear_denoms(convert=True)[1].primitive()[1]
 
 
 def polynomial_ring(symbols: Sequence[Symbol]) -> tuple[Any, ...]:

@@ -13,6 +13,7 @@ from itertools import accumulate, zip_longest
 from sympy import Expr, Integer, Matrix, Poly, cancel, prod, zeros
 
 from ..algebra import rational
+from ..algebra.expanded import polynomial_in
 from ..declare.symbols import lam
 from ..step.step import Step
 from .amplification import Amplification, Pencil, coefficients
@@ -86,7 +87,7 @@ def _by_rule(rule: OneRule, stencil: Sequence[Expr], p: Poly) -> list[Poly] | No
     assert common is not None
     a = (norm * scale + SQUARE[0] * u + SQUARE[1] * v).expand()
     divided = [rational.quotient(e, common) for e in (u, v, a)]
-    return None if None in divided else [Poly(e, lam) for e in divided]
+    return None if None in divided else [polynomial_in(lam, e) for e in divided]
 
 
 def _numerators(a: Amplification, p: Poly) -> list[Poly] | None:
@@ -117,5 +118,5 @@ def _numerators(a: Amplification, p: Poly) -> list[Poly] | None:
         divided = rational.quotient(numerator, common * scale)
         if divided is None:
             return None
-        found.append(Poly(divided, lam))
+        found.append(polynomial_in(lam, divided))
     return found

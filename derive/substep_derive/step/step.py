@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 from types import MappingProxyType
 
-from sympy import Expr, Integer, Symbol, cancel, default_sort_key, factor
+from sympy import Expr, Integer, Symbol, default_sort_key, factor
 
 from ..algebra import rational
 from ..algebra.constant import constant_of
@@ -234,12 +234,9 @@ def _affine(
             "one of them repeats another"
         ) from error
     numbers = constant_of(equations) is not None  # of its field, which have one form
-
-    def coefficient(i: int, j: int) -> Expr:
-        return numerators[i, j] / den if numbers else factor(cancel(numerators[i, j] / den))
-
+    solution = numerators / den if numbers else rational.in_factors(numerators, den)
     solved = {
-        symbol: sum((coefficient(i, j) * other for j, other in enumerate(others)), 0 * den)
+        symbol: sum((solution[i, j] * other for j, other in enumerate(others)), Integer(0))
         for i, symbol in enumerate(unknowns)
     }
     return MappingProxyType(solved)

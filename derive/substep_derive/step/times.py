@@ -221,7 +221,7 @@ def _followed(step: Step, degree: int) -> Mapping[Symbol, Expr]:
     still = {**state, h: Integer(1), C: Integer(0), K0: Integer(0)}
 
     def on_it(e: Expr) -> Expr:
-        return e.subs(step.solved, simultaneous=True).subs(still, simultaneous=True)
+        return e.xreplace({**step.solved}).xreplace(still)
 
     if degree > 2:
         loads = [b.load.replace(f, lambda tau: motion[2].subs(t, tau)) for b in step.scheme.balances]
