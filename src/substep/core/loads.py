@@ -143,16 +143,18 @@ class Record(Exported):
 
     def __post_init__(self) -> None:
         real_number("dt of the record", self.dt, positive=True)
-        values = real_array("values of the record", self.values).copy()
+        given = values = real_array("values of the record", self.values).copy()
+        object.__setattr__(self, "values", given)  # what changes later in the caller's is none of this record
         if values.ndim != 1 or values.size < 2:
             raise ValueError(f"expected a record of at least two samples in one row, got shape {values.shape}")
         if self.unit != "":
             name, factor = unit_of(self.unit)
             if isinstance(self.unit, str):
                 object.__setattr__(self, "unit", name)
-            values *= factor
-        values.flags.writeable = False
+            values = values * factor
         object.__setattr__(self, "_values", values)
+        for kept in (given, values):
+            kept.flags.writeable = False
 
     @property
     def samples(self) -> Array:

@@ -31,7 +31,7 @@ from .modes.modal_damping import ModalDamping
 from .modes.modes import ModalBasis, modal_damping_matrix
 from .modes.superposition import superpose
 from .solvers.factorization import Solver
-from .solvers.matrices import checked, is_operator, reduced
+from .solvers.matrices import checked, is_operator, kept, reduced
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -194,7 +194,6 @@ def structure(
     nonlinear = isinstance(constraints, Mapping)
     T = transformation(N, held, None if nonlinear else constraints)
     whole = None if K is None else checked("K", K, N)
-    internal = internal_of(T, known, mass, whole, springs, internal_force, tangent, potential, state)
     static = isinstance(u0, str)
     if static and u0 != "static":
         raise ValueError(f"expected u0 as displacements or 'static', got {u0!r}; give numbers")
@@ -202,13 +201,13 @@ def structure(
         raise ValueError(f"expected a0 as accelerations or 'consistent', got {a0!r}; give numbers")
     start = {"u0": 0.0 if static else u0, "v0": v0} | ({} if a0 is None or isinstance(a0, str) else {"a0": a0})
     free = {name: independent(name, x, T, known) for name, x in start.items()}
-    stiffness = None
-    if internal is None:
-        stiffness = reduced(whole, T)
-    elif internal.tangent is not None:
-        stiffness = internal.at_start(free["u0"], free["v0"])[0]
+    linear = None if whole is None else reduced(whole, T)
+    stiffness, free_mass = linear, reduced(mass, T)
+    internal = internal_of(T, known, mass, linear, springs, internal_force, tangent, potential, state)
+    if internal is not None:
+        stiffness = None if internal.tangent is None else internal.at_start(free["u0"], free["v0"])[0]
     bare = Structure(
-        M=reduced(mass, T),
+        M=free_mass,
         C=None,
         K=stiffness,
         T=T,
@@ -218,8 +217,8 @@ def structure(
         names=known,
         solver=solver,
         a0_given=free.get("a0"),
-        full_mass=mass,
-        full_stiffness=whole,
+        full_mass=kept(mass, T, free_mass),
+        full_stiffness=None if whole is None else kept(whole, T, linear),
         internal=internal,
     )
     loaded = replace(bare, loads=loads_of(T, known, load))
@@ -269,4 +268,5 @@ def damped_by(s: Structure, C: Any) -> Structure:
     if C is None or isinstance(C, Rayleigh):
         return replace(s, C=C, full_damping=None)
     whole = checked("C", C, s.T.shape[0])
-    return replace(s, C=reduced(whole, s.T), full_damping=whole)
+    free = reduced(whole, s.T)
+    return replace(s, C=free, full_damping=kept(whole, s.T, free))
