@@ -73,7 +73,7 @@ class Harmonic:
 @made_as("Step(1.0)")
 @dataclass(frozen=True)
 class Step:
-    """The load amplitude from t = start on, 0 before.
+    """The load amplitude from t = start on, 0 before; an instant that differs from start only by rounding is start.
 
     amplitude: in N, or in the unit of the load that it stands for; start: in s. Raises ValueError unless each is one
     finite number.
@@ -93,7 +93,7 @@ class Step:
     @staticmethod
     def formula(t: Array, amplitude: ArrayLike, start: ArrayLike) -> Array:
         """Load at the times t for parameters that broadcast with them."""
-        return np.where(t >= np.asarray(start), amplitude, 0.0)
+        return np.where(t >= np.asarray(start) - ROUNDING * np.abs(start), amplitude, 0.0)
 
 
 @made_as("HalfSine(1.0, duration=0.1)")
