@@ -25,7 +25,7 @@ from .model.given_force import internal_of
 from .model.held import Held, held_of
 from .model.model import Model
 from .model.rayleigh import Rayleigh
-from .model.supports import accelerated, displaced
+from .model.supports import accelerated, displaced, require_still_supports
 from .modes.eigen import eigenmodes
 from .modes.modal_damping import ModalDamping
 from .modes.modes import ModalBasis, modal_damping_matrix
@@ -221,7 +221,8 @@ def structure(
         full_stiffness=None if whole is None else kept(whole, T, linear),
         internal=internal,
     )
-    loaded = replace(bare, loads=loads_of(T, known, load))
+    loads = loads_of(T, known, load)
+    loaded = replace(bare, loads=loads, given_loads=len(loads))
     if static:
         at_rest = equilibrium(loaded)
         tangent_there = stiffness if internal is None else internal.at_start(at_rest, free["v0"])[0]
@@ -253,6 +254,7 @@ def _held(s: Structure, given: Any) -> Held:
 
 def damped_by(s: Structure, C: Any) -> Structure:
     """The structure with the damping that `structure` takes as C."""
+    require_still_supports(s)
     if isinstance(C, Rayleigh) and C.beta != 0.0 and s.K is None:
         raise ValueError(
             "expected tangent= for Rayleigh damping with beta, which takes the tangent at u0, got none; give it, or "
