@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
@@ -15,10 +15,11 @@ from ...core.fighting import TOUCHES, Acting, reacts_until
 from ...core.impacts import Touching
 from ...core.loads import Load
 from ...core.response import Response
+from ...core.state import State
 from ..model.contacts import Contacts
 from ..model.given import Dof
 from ..model.held import Held
-from ..model.memory import Memory, RememberingForce
+from ..model.memory import WORK, Memory, RememberingForce
 from ..model.model import Model
 from ..model.state_vectors import vectors
 from ..solvers.factorization import factorize
@@ -86,6 +87,15 @@ class StructureResponse(Response):
     springs: SpringHistories | None = None
     remembered: Memory | None = None
     touched: Array | None = None
+
+    @cached_property
+    def state(self) -> State:
+        """Where the run stands, as `Response.state`; with the work of springs of which no law keeps account."""
+        here, springs = super().state, self.springs
+        if springs is None or springs.work is None:
+            return here
+        work = springs.work if self.last is not None else springs.dissipated[-1] + springs.stored[-1]
+        return replace(here, memory={**here.memory, WORK: work})
 
     @property
     def structure(self) -> Model:
