@@ -53,6 +53,12 @@ def test_entries_of_a_sparse_matrix_that_stand_twice_stay_so_in_the_callers() ->
     assert K.indptr.tolist() == [0, 2, 3]
 
 
+def test_small_integers_that_stand_twice_in_a_sparse_matrix_do_not_overflow() -> None:
+    entries = np.array([100, 100, 1], np.int8), ([0, 0, 1], [0, 0, 1])
+    s = ss.structure(sparse.eye_array(2), sparse.coo_array(entries, shape=(2, 2)))
+    assert np.array_equal(s.K.toarray(), np.diag([200.0, 1.0]))
+
+
 def test_samples_of_a_record_that_change_later_are_those_that_were_given() -> None:
     """A structure takes the record in m/s^2, which is another one, made of what was given."""
     given = np.array([0.0, 1.0, -1.0, 0.0])

@@ -33,7 +33,7 @@ def finite(name: str, value: Any) -> Matrix:
         return real_array(name, value)
     if np.iscomplexobj(value):
         raise complex_numbers(name)
-    matrix = sparse.csr_array(value, dtype=np.float64)
+    matrix = sparse.csr_array(value.astype(np.float64, copy=False))  # before entries that stand twice are added up
     if not matrix.has_canonical_format:  # whose arrays may be the caller's
         matrix = matrix.copy()
         matrix.sum_duplicates()
