@@ -251,13 +251,18 @@ class StructureResponse(Response):
         """The force (n+1,) of springs, and of K, on the base, in the direction in which it moves.
 
         That is iota^T (B^T q + K u), iota the displacements where the base of the structure moves by one, all of them
-        by one where it does not move. Raises ValueError where K holds the structure and not all columns were kept, and
-        AttributeError without springs.
+        by one where it does not move. Raises ValueError where it moves in several directions, or where K holds the
+        structure and not all columns were kept, and AttributeError without springs.
         """
         s, force = self.structure, self.structure.internal
         if self.springs is None or not isinstance(force, RememberingForce) or force.springs is None:
             raise AttributeError("expected a structure with springs for the base shear; this one has none")
-        iota = s.motions[0][0] if s.motions else np.ones(s.T.shape[0])
+        iota, *others = [x for x, _ in s.motions] or [np.ones(s.T.shape[0])]
+        if not all(np.array_equal(x, iota) for x in others):
+            raise ValueError(
+                f"expected a base that moves in one direction for the base shear, got {len(s.motions)} motions in "
+                "several; add up r.springs.forces, and what K holds, along the direction that you want"
+            )
         shear = self.springs.forces @ (force.springs.full @ iota)
         if s.full_stiffness is None:
             return shear
