@@ -385,3 +385,19 @@ def test_a_load_of_ones_own_with_parameters_is_a_march_each() -> None:
             ss.scene("linear_oscillator", omega=float(point["scene_omega"]), load=own), ss.scheme("newmark"), 0.05, 1.0
         )
         assert np.allclose(point["u"], r.u[-1], rtol=0, atol=1e-12 * np.abs(r.u).max())
+
+
+@pytest.mark.parametrize("scheme", ["average_acceleration", "bathe", "rk4"])
+def test_a_load_that_sets_in_at_the_end_of_a_step_does_so_however_that_is_rounded(scheme: str) -> None:
+    """3 * 0.15 is less than 0.45 in doubles; 3 * 0.125 is exact, and displacements are those of the same omega h."""
+
+    def displaced(dt: float, start: float) -> Array:
+        omega = 0.5 / dt
+        pushed = ss.Step(omega**2, start)
+        one = ss.structure([[1.0]], [[omega**2]], load=([1.0], pushed))
+        scene = ss.scene("linear_oscillator", omega=omega, u0=0.0, load=pushed)
+        return np.array([ss.march(x, scheme, dt=dt, t_end=10 * dt).u[:, 0] for x in (one, scene)])
+
+    assert 3 * 0.15 < 0.45
+    assert displaced(0.125, 0.375)[:, 4].all()
+    assert np.allclose(displaced(0.15, 0.45), displaced(0.125, 0.375), rtol=0.0, atol=1e-13)

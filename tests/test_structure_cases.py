@@ -290,3 +290,33 @@ def test_calls_of_rayleigh_that_do_not_fit() -> None:
         ss.rayleigh(0.02, 0.02, at=3.0)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match=r"a call such as rayleigh\(0.02, 0.05, at=\(omega_1, omega_2\)\); missing"):
         ss.rayleigh(0.02, 0.02)  # type: ignore[call-arg]
+
+
+def test_loads_as_an_axis_stand_beside_motions_of_base_and_supports() -> None:
+    """As structures of their own that have each load and are moved after that."""
+    M, K = np.diag([1.0, 2.0, 1.0]), 9.0 * np.eye(3) - 4.0
+    quake, rise = ss.Record(0.04, [0.0, 2.0, -1.0, 0.5, 0.0]), ss.HalfSine(0.3, 0.4)
+    loads = [({1: 1.0}, ss.Step(2.0)), [({1: 1.0}, ss.Harmonic(1.0, 3.0)), ({2: 2.0}, ss.Step(1.0))]]
+
+    def moved(load: Any) -> ss.Structure:
+        s = ss.structure(M, K, load=load, fixed=[0])
+        return s.ground_motion(quake, 1.0).support_motion([0], displacement=rise)
+
+    found = ss.sweep(moved(({2: 5.0}, ss.Step(1.0))), "bathe", dt=0.02, t_end=0.6, load=loads).u
+    each = [ss.march(moved(load), "bathe", dt=0.02, t_end=0.6).u[-1] for load in loads]
+    assert np.allclose(found, each, rtol=1e-12, atol=1e-14)
+
+
+def test_a_start_at_rest_under_one_load_has_no_other_loads_as_an_axis() -> None:
+    at_rest = ss.structure(np.eye(2), 4.0 * np.eye(2), load=([1.0, 0.0], ss.Step(1.0)), u0="static")
+    with pytest.raises(ValueError, match=r"start is given, got u0='static'.*; give a list of structures, each with"):
+        ss.sweep(at_rest, "bathe", dt=0.1, t_end=1.0, load=[([1.0, 1.0], ss.Step(1.0))])
+
+
+def test_supports_that_have_moved_dashpots_take_no_other_damping() -> None:
+    held = ss.structure(np.eye(2), 9.0 * np.eye(2) - 4.0, C=0.2 * np.eye(2) - 0.1, fixed=[0])
+    s = held.support_motion([0], displacement=ss.Step(1.0), velocity=ss.Step(0.0))
+    with pytest.raises(ValueError, match="damping before supports move .* and then support_motion"):
+        ss.sweep(s, "bathe", dt=0.1, t_end=1.0, C=[None, np.eye(2)])
+    with pytest.raises(ValueError, match="damping before supports move .* and then support_motion"):
+        s.modes(1).damped(0.05)

@@ -296,3 +296,14 @@ def test_a_damping_ratio_in_place_of_a_matrix_is_answered_by_the_dampings_that_t
         ValueError, match=r"C as a matrix, got 0.05; .*ss.modal_damping\(0.05, .*ss.rayleigh\(0.05, 0.05"
     ):
         ss.structure(np.eye(2), np.eye(2), C=0.05)
+
+
+def test_the_base_shear_is_that_of_one_direction() -> None:
+    springs = [([1.0, 0.0], ss.law("linear", k=4.0)), ([0.0, 1.0], ss.law("linear", k=9.0))]
+    record, along_y = ss.Record(0.1, [0.0, 1.0, -1.0, 0.0]), [0.0, 1.0]
+    s = ss.structure(np.eye(2), springs=springs).ground_motion(record, along_y)
+    r = ss.march(s.ground_motion(record, along_y), "newmark", dt=0.1, t_end=0.5)
+    assert np.allclose(r.base_shear, 9.0 * r.u[:, 1], rtol=1e-12, atol=0.0)
+    r = ss.march(s.ground_motion(record, [1.0, 0.0]), "newmark", dt=0.1, t_end=0.5)
+    with pytest.raises(ValueError, match="one direction for the base shear, got 2 motions in several; add up r.spr"):
+        _ = r.base_shear

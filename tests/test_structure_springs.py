@@ -355,3 +355,31 @@ def test_every_scheme_takes_springs_or_says_why_not() -> None:
             continue
         assert np.allclose(r.u, ss.march(linear, scheme, dt=0.005, t_end=0.05).u, rtol=0, atol=1e-12), scheme
     assert refused == ["energy_momentum"]
+
+
+@pytest.mark.parametrize("as_numbers", [False, True], ids=["r", "r.state.memory"])
+def test_what_springs_have_dissipated_goes_on_whether_their_laws_keep_account_or_not(as_numbers: bool) -> None:
+    """Of the damper by its power, c times the square of the rate, which is integrated by hand."""
+    s = ss.structure(
+        np.eye(2),
+        9.0 * np.eye(2),
+        springs=[([1.0, 0.0], ss.law("bilinear", k=4.0, q_y=0.1)), ([0.0, 1.0], ss.law("power_damper", c=0.4))],
+        v0=[1.0, 1.0],
+    )
+    whole = ss.march(s, "average_acceleration", dt=0.005, t_end=3.0)
+    first = ss.march(s, "average_acceleration", dt=0.005, t_end=1.2)
+    known = {"t": first.t[-1], "u": first.u[-1], "v": first.v[-1], "a": first.a[-1], "memory": first.state.memory}
+    then = ss.march(s, "average_acceleration", dt=0.005, t_end=3.0, start=known if as_numbers else first)
+    power = 0.4 * whole.v[:, 1] ** 2
+    lost = np.append(0.0, np.cumsum(0.005 * 0.5 * (power[1:] + power[:-1])))[240:]
+    assert np.allclose(then.springs.dissipated[:, 1], lost, rtol=1e-4, atol=0.0)
+    assert np.allclose(then.energy_dissipated, whole.energy_dissipated[240:], rtol=1e-12, atol=0.0)
+
+
+def test_a_memory_that_is_no_number_where_it_is_remembered_is_refused() -> None:
+    springs = [([1.0], ss.law("bilinear", k=4.0, q_y=0.1)), ([1.0], ss.law("power_damper", c=0.4))]
+    s = ss.structure([[1.0]], springs=springs, v0=1.0)
+    memory = dict(ss.march(s, "newmark", dt=0.01, t_end=0.1).state.memory)
+    with pytest.raises(ValueError, match=r"p in the memory of start to be finite where it is remembered, got nan at"):
+        start = {"u": [0.0], "v": [0.0], "memory": {**memory, "p": [np.nan, np.nan]}}
+        ss.march(s, "newmark", dt=0.01, t_end=1.0, start=start)

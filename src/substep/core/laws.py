@@ -179,7 +179,7 @@ def law(name: str | Law | LawDeclaration, **parameters: ArrayLike) -> Law:
         )
         if value.ndim > 1:
             raise ValueError(f"expected {what} as a number or a row of them, one a spring, got shape {value.shape}")
-        values[key] = value if value.ndim else float(value)
+        values[key] = value.copy() if value.ndim else float(value)  # the caller's may change later
     return Law(label, module, MappingProxyType(values), name)
 
 

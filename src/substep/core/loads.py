@@ -73,7 +73,7 @@ class Harmonic:
 @made_as("Step(1.0)")
 @dataclass(frozen=True)
 class Step:
-    """The load amplitude from t = start on, 0 before.
+    """The load amplitude from t = start on, 0 before; an instant that differs from start only by rounding is start.
 
     amplitude: in N, or in the unit of the load that it stands for; start: in s. Raises ValueError unless each is one
     finite number.
@@ -93,7 +93,7 @@ class Step:
     @staticmethod
     def formula(t: Array, amplitude: ArrayLike, start: ArrayLike) -> Array:
         """Load at the times t for parameters that broadcast with them."""
-        return np.where(t >= np.asarray(start), amplitude, 0.0)
+        return np.where(t >= np.asarray(start) - ROUNDING * np.abs(start), amplitude, 0.0)
 
 
 @made_as("HalfSine(1.0, duration=0.1)")
@@ -143,16 +143,18 @@ class Record(Exported):
 
     def __post_init__(self) -> None:
         real_number("dt of the record", self.dt, positive=True)
-        values = real_array("values of the record", self.values).copy()
+        given = values = real_array("values of the record", self.values).copy()
+        object.__setattr__(self, "values", given)  # what changes later in the caller's is none of this record
         if values.ndim != 1 or values.size < 2:
             raise ValueError(f"expected a record of at least two samples in one row, got shape {values.shape}")
         if self.unit != "":
             name, factor = unit_of(self.unit)
             if isinstance(self.unit, str):
                 object.__setattr__(self, "unit", name)
-            values *= factor
-        values.flags.writeable = False
+            values = values * factor
         object.__setattr__(self, "_values", values)
+        for kept in (given, values):
+            kept.flags.writeable = False
 
     @property
     def samples(self) -> Array:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from .arrays import Array, named
-from .errors import real_array, real_number, unknown_name, warn
+from .errors import float_array, real_array, real_number, unknown_name, warn
 from .scheme_record import SchemeRecord
 from .stability import amplification
 
@@ -35,7 +35,8 @@ class State:
     steps, the length of its next one, s. more: what else only such a run reads, as the tangents that an iteration
     keeps, and the fork of a run with chosen steps: where it was before t_end first changed the length of a step, with
     all that its steps are chosen by. memory: what the laws of a scene remember, by name; of a structure, arrays: of
-    springs (s,), and states.
+    springs (s,), NaN where one remembers nothing of that name, with the work that went into them where some law keeps
+    no account of what it dissipates, and states.
     """
 
     t: float
@@ -99,7 +100,9 @@ class State:
                 "dictionary"
             )
         given = cast("Mapping[str, Any]", remembered or {})
-        arrays = {name: real_array(f"{name} of start", x) for name, x in given.items()}
+        # of structures NaN stands where a spring remembers nothing of that name
+        arrays = {name: (real_array if np.ndim(x) == 0 else float_array)(f"{name} of start", x)
+                  for name, x in given.items()}  # fmt: skip
         memory = {name: x if x.ndim else float(x) for name, x in arrays.items()}
         return cls(t, u, v, own_a, history, memory=memory)
 

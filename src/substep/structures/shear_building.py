@@ -30,8 +30,8 @@ def shear_building(
     modes, by default of all, with the stiffness before anything is strained; or what `substep.structure` takes as C.
     options: of `substep.structure`, such as load, u0 and names.
 
-    Raises ValueError for masses and heights that are not positive, for another number of laws, and for what
-    `substep.structure` raises it.
+    Raises ValueError for masses and heights that are not positive, for another number of laws, for C in place of
+    damping, and for what `substep.structure` raises it.
 
     >>> story = ss.law("bilinear", k=2e7, q_y=[4e5, 3e5], alpha=0.02)
     >>> building = ss.shear_building([2e4, 2e4], story, heights=3.0, damping=0.05)
@@ -53,6 +53,8 @@ def shear_building(
     stories = [(drifts, laws)] if isinstance(laws, Law) else list(zip(drifts, laws, strict=False))
     if not isinstance(laws, Law) and len(laws) != n:
         raise ValueError(f"expected {n} laws, one for each story, got {len(laws)}; give as many as masses")
+    if "C" in options:
+        raise ValueError("expected damping of a shear building as damping=, got C; give the same as damping=")
     made = structure(np.diag(m), springs=stories, **options)
     force = made.internal
     assert isinstance(force, RememberingForce)

@@ -25,13 +25,13 @@ from .model.given_force import internal_of
 from .model.held import Held, held_of
 from .model.model import Model
 from .model.rayleigh import Rayleigh
-from .model.supports import accelerated, displaced
+from .model.supports import accelerated, displaced, require_still_supports
 from .modes.eigen import eigenmodes
 from .modes.modal_damping import ModalDamping
 from .modes.modes import ModalBasis, modal_damping_matrix
 from .modes.superposition import superpose
 from .solvers.factorization import Solver
-from .solvers.matrices import checked, is_operator, reduced
+from .solvers.matrices import checked, is_operator, kept, reduced
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -194,7 +194,6 @@ def structure(
     nonlinear = isinstance(constraints, Mapping)
     T = transformation(N, held, None if nonlinear else constraints)
     whole = None if K is None else checked("K", K, N)
-    internal = internal_of(T, known, mass, whole, springs, internal_force, tangent, potential, state)
     static = isinstance(u0, str)
     if static and u0 != "static":
         raise ValueError(f"expected u0 as displacements or 'static', got {u0!r}; give numbers")
@@ -202,13 +201,13 @@ def structure(
         raise ValueError(f"expected a0 as accelerations or 'consistent', got {a0!r}; give numbers")
     start = {"u0": 0.0 if static else u0, "v0": v0} | ({} if a0 is None or isinstance(a0, str) else {"a0": a0})
     free = {name: independent(name, x, T, known) for name, x in start.items()}
-    stiffness = None
-    if internal is None:
-        stiffness = reduced(whole, T)
-    elif internal.tangent is not None:
-        stiffness = internal.at_start(free["u0"], free["v0"])[0]
+    linear = None if whole is None else reduced(whole, T)
+    stiffness, free_mass = linear, reduced(mass, T)
+    internal = internal_of(T, known, mass, linear, springs, internal_force, tangent, potential, state)
+    if internal is not None:
+        stiffness = None if internal.tangent is None else internal.at_start(free["u0"], free["v0"])[0]
     bare = Structure(
-        M=reduced(mass, T),
+        M=free_mass,
         C=None,
         K=stiffness,
         T=T,
@@ -218,11 +217,12 @@ def structure(
         names=known,
         solver=solver,
         a0_given=free.get("a0"),
-        full_mass=mass,
-        full_stiffness=whole,
+        full_mass=kept(mass, T, free_mass),
+        full_stiffness=None if whole is None else kept(whole, T, linear),
         internal=internal,
     )
-    loaded = replace(bare, loads=loads_of(T, known, load))
+    loads = loads_of(T, known, load)
+    loaded = replace(bare, loads=loads, given_loads=len(loads))
     if static:
         at_rest = equilibrium(loaded)
         tangent_there = stiffness if internal is None else internal.at_start(at_rest, free["v0"])[0]
@@ -254,6 +254,7 @@ def _held(s: Structure, given: Any) -> Held:
 
 def damped_by(s: Structure, C: Any) -> Structure:
     """The structure with the damping that `structure` takes as C."""
+    require_still_supports(s)
     if isinstance(C, Rayleigh) and C.beta != 0.0 and s.K is None:
         raise ValueError(
             "expected tangent= for Rayleigh damping with beta, which takes the tangent at u0, got none; give it, or "
@@ -269,4 +270,5 @@ def damped_by(s: Structure, C: Any) -> Structure:
     if C is None or isinstance(C, Rayleigh):
         return replace(s, C=C, full_damping=None)
     whole = checked("C", C, s.T.shape[0])
-    return replace(s, C=reduced(whole, s.T), full_damping=whole)
+    free = reduced(whole, s.T)
+    return replace(s, C=free, full_damping=kept(whole, s.T, free))

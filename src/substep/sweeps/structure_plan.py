@@ -210,17 +210,18 @@ def planned_structure(
 
     Axes are dt, or tol, and parameters of the scheme, where they are rows of values; a sequence of structures, with as
     many degrees of freedom and springs; C, a sequence of dampings; load, a sequence of what `substep.structure` takes
-    as load, or ground, one of records for `Structure.ground_motion` in a direction; scale, factors (F,) of all records:
-    dimensions dt or tol, the parameters by name, "structure", "damping", "case" and "scale". The cases of a linear
-    structure are one block of right-hand sides, for which an effective matrix is factorized once; structures with
-    springs of laws are marched on all cores, up to `workers` of `sweep`. With tol each run chooses its steps, with
-    rtol, atol, dt_first, dt_min, dt_max and rung as in `march`, and is marched by itself; there are its numbers of
-    steps accepted and rejected, and t_failed. keep: "final", u, v and, if the scheme has its own, a at t_end; "peak",
-    their largest moduli from t = 0 on; "history", all steps, for one dt. Of springs there are elongation and force,
-    kept so too, and with "peak" also the elongation at t_end, which remains. A run that overflows, or whose iteration
-    fails, is NaN from there on, and its status says so; -1 is that of a run not yet made. Raises ValueError for names
-    and values that do not fit, and, before anything is marched, for a damping or a structure that the scheme does not
-    take, as `march` does.
+    as load, each in place of the structure's own, beside motions of its base and supports; or ground, one of records
+    for `Structure.ground_motion` in a direction, beside its loads; scale, factors (F,) of all records: dimensions dt or
+    tol, the parameters by name, "structure", "damping", "case" and "scale". The cases of a linear structure are one
+    block of right-hand sides, for which an effective matrix is factorized once; structures with springs of laws are
+    marched on all cores, up to `workers` of `sweep`. With tol each run chooses its steps, with rtol, atol, dt_first,
+    dt_min, dt_max and rung as in `march`, and is marched by itself; there are its numbers of steps accepted and
+    rejected, and t_failed. keep: "final", u, v and, if the scheme has its own, a at t_end; "peak", their largest moduli
+    from t = 0 on; "history", all steps, for one dt. Of springs there are elongation and force, kept so too, and with
+    "peak" also the elongation at t_end, which remains. A run that overflows, or whose iteration fails, is NaN from
+    there on, and its status says so; -1 is that of a run not yet made. Raises ValueError for names and values that do
+    not fit, and, before anything is marched, for a damping or a structure that the scheme does not take, as `march`
+    does.
     """
     if device == "cuda":
         raise ValueError("expected device='cpu' for a sweep of a structure, got 'cuda'; a GPU marches scenes alone")
@@ -318,4 +319,12 @@ def _cases(
         if direction is None:
             raise ValueError("expected direction with ground, got none; give displacements of a unit motion, or names")
         return tuple(s.ground_motion(record, direction) for record in ground)
-    return (s,) if load is None else tuple(replace(s, loads=loads_of(s.T, s.names, case)) for case in load)
+    if load is None:
+        return (s,)
+    if s.static:
+        raise ValueError(
+            "expected loads as an axis of a structure whose start is given, got u0='static', the equilibrium with its "
+            "own load; give a list of structures, each with its load and u0='static'"
+        )
+    given = (loads_of(s.T, s.names, case) for case in load)
+    return tuple(replace(s, loads=(*own, *s.loads[s.given_loads :]), given_loads=len(own)) for own in given)

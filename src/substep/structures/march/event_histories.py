@@ -21,7 +21,7 @@ class EventHistories(Kept):
     def __init__(self, clock: EventSteps, dofs: list[Dof], account: bool, started: State | None) -> None:
         super().__init__(clock.run, dofs, account, started)
         self.clock = clock
-        self.springs = None if self.run.memory is None else SpringRows(self.run, 1)
+        self.springs = None if self.run.memory is None else SpringRows(self.run, 1, started)
         self.rows, self.times, self.touched = list[Array](), list[float](), list[Array]()
         self.middle = clock.march.reacting.middle
         self._put(clock.first)

@@ -80,7 +80,7 @@ class Histories(Kept):
         shape = (asked.n // self.stride + 1, self.kinds, len(dofs))
         if save is None:
             require_memory(shape, "keep fewer dofs, a longer stride, or save= to a folder")
-        self.springs = None if run.memory is None else SpringRows(run, shape[0])
+        self.springs = None if run.memory is None else SpringRows(run, shape[0], started)
         self.memory = run.memory
         self.of_springs = np.empty((3, 0))  # what `SpringRows.latest` was after the last step
         self.touched = list[Array]()  # of contacts, reactions and gaps (2, d) in each row
@@ -273,7 +273,7 @@ class ChosenHistories(Kept):
     def __init__(self, clock: ChosenSteps, dofs: list[Dof], account: bool, started: State | None) -> None:
         super().__init__(clock.run, dofs, account, started)
         self.clock = clock
-        self.springs = None if self.run.memory is None else SpringRows(self.run, 1)
+        self.springs = None if self.run.memory is None else SpringRows(self.run, 1, started)
         self.rows: list[Array] = [self.select(clock.run.given[: self.kinds])]
         self.times, self.lengths = [self.run.time(0)], []
         self.again = 0  # steps that a march from a fork makes until the start

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
@@ -15,10 +15,11 @@ from ...core.fighting import TOUCHES, Acting, reacts_until
 from ...core.impacts import Touching
 from ...core.loads import Load
 from ...core.response import Response
+from ...core.state import State
 from ..model.contacts import Contacts
 from ..model.given import Dof
 from ..model.held import Held
-from ..model.memory import Memory, RememberingForce
+from ..model.memory import WORK, Memory, RememberingForce
 from ..model.model import Model
 from ..model.state_vectors import vectors
 from ..solvers.factorization import factorize
@@ -86,6 +87,15 @@ class StructureResponse(Response):
     springs: SpringHistories | None = None
     remembered: Memory | None = None
     touched: Array | None = None
+
+    @cached_property
+    def state(self) -> State:
+        """Where the run stands, as `Response.state`; with the work of springs of which no law keeps account."""
+        here, springs = super().state, self.springs
+        if springs is None or springs.work is None:
+            return here
+        work = springs.work if self.last is not None else springs.dissipated[-1] + springs.stored[-1]
+        return replace(here, memory={**here.memory, WORK: work})
 
     @property
     def structure(self) -> Model:
@@ -241,13 +251,18 @@ class StructureResponse(Response):
         """The force (n+1,) of springs, and of K, on the base, in the direction in which it moves.
 
         That is iota^T (B^T q + K u), iota the displacements where the base of the structure moves by one, all of them
-        by one where it does not move. Raises ValueError where K holds the structure and not all columns were kept, and
-        AttributeError without springs.
+        by one where it does not move. Raises ValueError where it moves in several directions, or where K holds the
+        structure and not all columns were kept, and AttributeError without springs.
         """
         s, force = self.structure, self.structure.internal
         if self.springs is None or not isinstance(force, RememberingForce) or force.springs is None:
             raise AttributeError("expected a structure with springs for the base shear; this one has none")
-        iota = s.motions[0][0] if s.motions else np.ones(s.T.shape[0])
+        iota, *others = [x for x, _ in s.motions] or [np.ones(s.T.shape[0])]
+        if not all(np.array_equal(x, iota) for x in others):
+            raise ValueError(
+                f"expected a base that moves in one direction for the base shear, got {len(s.motions)} motions in "
+                "several; add up r.springs.forces, and what K holds, along the direction that you want"
+            )
         shear = self.springs.forces @ (force.springs.full @ iota)
         if s.full_stiffness is None:
             return shear

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from ...core.arrays import Array
 from ...core.memory import require_memory
-from ..model.memory import Memory, Recalled, RememberingForce
+from ...core.state import State
+from ..model.memory import WORK, Memory, Recalled, RememberingForce
 from .steps import Run
 
 
@@ -20,6 +21,7 @@ class SpringHistories:
     dissipated: by the law's own account, exactly along the path, where it keeps one; else the work of the force by the
     trapezoidal rule over each step, less what is stored. lengths (s,): as the structure has them, None without.
     shortened: corrections of Newton's iteration that had gone too far, as they do where the branch of a spring changes.
+    work (s,): what went into them until the last step, to go on from; None where each law keeps its own account.
     """
 
     elongations: Array
@@ -28,6 +30,7 @@ class SpringHistories:
     dissipated: Array
     lengths: Array | None = None
     shortened: int = 0
+    work: Array | None = None
 
     @property
     def ratios(self) -> Array:
@@ -40,7 +43,7 @@ class SpringHistories:
         """Rows that lie between two of these each, a share (m,) of the way, on straight lines."""
         rows = (self.elongations, self.forces, self.stored, self.dissipated)
         found = (x[before] + share[:, None] * (x[after] - x[before]) for x in rows)
-        return SpringHistories(*found, self.lengths, self.shortened)
+        return SpringHistories(*found, self.lengths, self.shortened, self.work)
 
     def loop(self, spring: int) -> tuple[Array, Array]:
         """Elongation and force (n+1,) of one spring, to draw one over the other."""
@@ -66,10 +69,11 @@ class SpringRows:
     """Collects what springs do, and what is remembered, row by row.
 
     accounts: of each group of springs whose law keeps account of what it dissipates its number, and where it remembers
-    that. The work of forces is added up only where some law does not.
+    that. The work of forces is added up only where some law does not: from where the march goes on, if it is known
+    there, else from what is stored at its start.
     """
 
-    def __init__(self, run: Run, rows: int) -> None:
+    def __init__(self, run: Run, rows: int, started: State | None) -> None:
         force = run.structure.internal
         assert isinstance(force, RememberingForce)
         assert run.memory is not None
@@ -85,6 +89,12 @@ class SpringRows:
         self.kept = [Table(x, rows) for x in run.memory.springs]  # and of states of a material, by name
         self.states = {name: Table(x, rows) for name, x in run.memory.states.items()}
         self.latest = np.zeros((3, size))  # elongations, forces and work after the last step
+        self.before = None if started is None else started.memory.get(WORK)
+        if self.adds_work and self.before is not None and np.shape(self.before) != (size,):
+            raise ValueError(
+                f"expected {WORK} in the memory of start of shape ({size},), got {np.shape(self.before)}; give what "
+                "r.state.memory has"
+            )
         u, v, _ = run.given
         self.add(run.time(0), u, v, run.memory, kept=True)
 
@@ -104,6 +114,8 @@ class SpringRows:
         """
         (e, q, work), (e_1, q_1) = self.latest, rows[-1, :2]
         if self.adds_work:
+            if not self.rows.count:
+                work = rows[0, 2] if self.before is None else np.asarray(self.before)
             every = np.concatenate([np.array([[e, q]]), rows[:, :2]]) if self.rows.count else rows[[0, 0], :2]
             steps = 0.5 * (every[:-1, 1] + every[1:, 1]) * np.diff(every[:, 0], axis=0)
             steps[0] += work
@@ -152,7 +164,8 @@ class SpringRows:
         dissipated = np.empty(e.shape)
         if self.adds_work:
             with np.errstate(all="ignore"):  # of a march that overflows
-                dissipated[:] = self.work.every[:rows] - (stored - stored[0])
+                dissipated[:] = self.work.every[:rows] - stored
         for k, place in self.accounts:
             dissipated[:, springs.groups[k].where] = self.kept[k].every[:rows, :, place]
-        return SpringHistories(e, q, stored, dissipated, springs.lengths, self.shortened)
+        work = self.latest[2] if self.adds_work else None
+        return SpringHistories(e, q, stored, dissipated, springs.lengths, self.shortened, work)

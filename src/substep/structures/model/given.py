@@ -61,6 +61,21 @@ def place_of(dof: Dof, numbers: Mapping[str, int], N: int) -> int:
     return int(dof)
 
 
+def by_dof(what: str, given: Mapping[Dof, float], names: Sequence[str], N: int) -> Array:
+    """The vector (N,) of numbers by degrees of freedom, 0 elsewhere; what: that of which they are components.
+
+    Raises ValueError for a degree of freedom that is there twice, by name and by number.
+    """
+    numbers = numbered(names)
+    places = [place_of(dof, numbers, N) for dof in given]
+    if len(set(places)) < len(places):
+        again = next(dof for k, dof in enumerate(given) if places[k] in places[:k])
+        raise ValueError(f"expected each degree of freedom once in {what}, got {again!r} again; add up its parts")
+    found = np.zeros(N)
+    found[places] = [real_number(f"a component of {what}", value) for value in given.values()]
+    return found
+
+
 def _pairs(load: LoadPair | Iterable[LoadPair]) -> list[LoadPair]:
     if isinstance(load, tuple) and len(load) == 2 and callable(load[1]) and not callable(load[0]):
         return [cast("LoadPair", load)]
@@ -90,9 +105,7 @@ def _pair_of(load: Any) -> str:
 
 def _shape(P: ArrayLike | Mapping[Dof, float], names: tuple[str, ...], held: Sequence[int], N: int) -> Array:
     if isinstance(P, Mapping):
-        shape, numbers = np.zeros(N), numbered(names)
-        for dof, value in P.items():
-            shape[place_of(dof, numbers, N)] = real_number("a load", value)
+        shape = by_dof("a load", P, names, N)
     else:
         shape = real_array("load", P).copy()
         if shape.shape != (N,):

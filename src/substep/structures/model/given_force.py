@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..solvers.matrices import Matrix, reduced
+from ..solvers.matrices import Matrix
 from .internal_force import InternalForce
 from .material import Material
 from .memory import RememberingForce
@@ -23,7 +23,10 @@ def internal_of(
     potential: Callable[..., Any] | None,
     state: Any,
 ) -> InternalForce | RememberingForce | None:
-    """None where it is K u alone; M, K (N, N). Raises ValueError for what does not go together."""
+    """None where it is K u alone; M (N, N), K (n, n) of those that are free.
+
+    Raises ValueError for what does not go together.
+    """
     if not isinstance(springs, Iterable):  # pyright: ignore[reportUnnecessaryIsInstance] (a user gives it)
         raise ValueError(
             f"expected springs as pairs (row of B, law), got {springs!r}; leave springs out, or give a list"
@@ -46,9 +49,8 @@ def internal_of(
             "return force, tangent and state, with state={}"
         )
     if pairs or state is not None:
-        linear = None if K is None else reduced(K, T)
         own = None if force is None else Material(force, state)
         return RememberingForce(
-            T, linear, springs_of(pairs, T, names, dense=isinstance(M, np.ndarray)) if pairs else None, own
+            T, K, springs_of(pairs, T, names, dense=isinstance(M, np.ndarray)) if pairs else None, own
         )
     return None if force is None else InternalForce(T, force, tangent, potential)

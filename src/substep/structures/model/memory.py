@@ -16,6 +16,8 @@ from ..solvers.matrices import Matrix
 from .material import Material, States
 from .springs import Answers, Springs
 
+WORK = "work"  # what went into springs until a march stands, if some law keeps no account of what it dissipates
+
 
 class Memory(NamedTuple):
     """What is remembered: of springs an array (s_g, k_g) for each group, and the states of a material.
@@ -190,5 +192,11 @@ class RememberingForce:
                     "what r.state.memory has"
                 )
         arrays = {name: np.array(x, dtype=np.float64) for name, x in named.items()}
+        for name, x in expected.items():
+            if (lost := np.argwhere(np.isfinite(x) & ~np.isfinite(arrays[name]))).size:
+                raise ValueError(
+                    f"expected {name} in the memory of start to be finite where it is remembered, got "
+                    f"{arrays[name][tuple(lost[0])]} at index {tuple(lost[0].tolist())}; give what r.state.memory has"
+                )
         states = {name: arrays[name] for name in self.unstrained.states}
         return Memory(() if self.springs is None else self.springs.from_named(arrays), states)

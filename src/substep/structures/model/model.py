@@ -40,7 +40,8 @@ class Model:
 
     M, K (n, n), K the tangent at u0 of an internal force, None where that has none. C: a matrix, one of low rank where
     modes are damped, Rayleigh damping, or None. T (N, n): the displacements of all N degrees of freedom are T q.
-    loads: pairs of a vector (n,) and a function of time. u0, v0 (n,). names: of all N degrees of freedom, or empty.
+    loads: pairs of a vector (n,) and a function of time; the first `given_loads` of them were given as loads, others
+    are those of motions of the ground and of supports. u0, v0 (n,). names: of all N degrees of freedom, or empty.
     motions: of the ground, pairs of displacements (N,) for a unit motion of the base, and its acceleration.
     full_mass, full_stiffness, full_damping: M, K and C (N, N); K is None with an internal force, C where it was not
     given as a matrix. static: whether u0 was asked for as the equilibrium under the loads at t = 0. contacts: gaps that
@@ -62,6 +63,7 @@ class Model:
     full_stiffness: Matrix = None
     full_damping: Matrix = None
     internal: InternalForce | RememberingForce | None = None
+    given_loads: int = 0
     static: bool = False
     contacts: Contacts | Held | None = None
 
@@ -74,6 +76,11 @@ class Model:
     def all_free(self) -> bool:
         """Whether the free degrees of freedom are all there are: T is the identity."""
         return is_identity(self.T)
+
+    @property
+    def displaced(self) -> bool:
+        """Whether supports move by a displacement, with the forces of springs and dashpots that hold them."""
+        return len(self.loads) > self.given_loads + len(self.motions)
 
     @cached_property
     def damping(self) -> Matrix:

@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...core.arrays import Array
-from ...core.errors import real_number
 from ...core.laws import Evaluated, Law
 from ..solvers.matrices import Matrix, finite
-from .given import Dof, numbered, place_of
+from .given import Dof, by_dof
 
 
 class Answers(NamedTuple):
@@ -202,14 +201,7 @@ def rows_of(given: Any, N: int, names: Sequence[str]) -> Any:
     from scipy import sparse  # noqa: PLC0415
 
     if isinstance(given, Mapping):
-        row, numbers = np.zeros((1, N)), numbered(names)
-        places = [place_of(dof, numbers, N) for dof in given]
-        if twice := [dof for k, dof in enumerate(given) if places[k] in places[:k]]:
-            raise ValueError(
-                f"expected each degree of freedom once in a row of B, got {twice[0]!r} again; add up its parts"
-            )
-        row[0, places] = [real_number("a coefficient of B", value) for value in given.values()]
-        return sparse.csr_array(row)
+        return sparse.csr_array(by_dof("a row of B", given, names, N)[None])
     found = finite("a row of B", given)
     matrix = found if sparse.issparse(found) else np.atleast_2d(found)
     if len(matrix.shape) != 2 or matrix.shape[1] != N:

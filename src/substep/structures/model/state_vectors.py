@@ -6,7 +6,7 @@ from ...core.arrays import Array
 from ...core.state import State
 from .constraints import independent
 from .contacts import Contacts
-from .memory import Memory, RememberingForce
+from .memory import WORK, Memory, RememberingForce
 from .model import Model
 
 
@@ -52,7 +52,7 @@ def memory_of(structure: Model, state: State) -> Memory | None:
     Raises ValueError where the state does not say it, or says it of another structure.
     """
     contacts = {} if structure.contacts is None else structure.contacts.names
-    memory = {name: x for name, x in state.memory.items() if name not in contacts}
+    memory = {name: x for name, x in state.memory.items() if name not in contacts and name != WORK}
     if isinstance(structure.internal, RememberingForce):
         return structure.internal.remembered(memory)
     if memory:

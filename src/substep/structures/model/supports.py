@@ -53,6 +53,15 @@ def displaced(s: Model, displacement: Load, velocity: Load | None, dofs: Iterabl
     return replace(s, loads=tuple(loads), u0=u0)
 
 
+def require_still_supports(s: Model) -> None:
+    """Raises ValueError where supports move by a displacement, whose load has the forces of the dashpots there are."""
+    if s.displaced:
+        raise ValueError(
+            "expected the damping before supports move by a displacement, whose load has the forces of dashpots, got "
+            "another one after it; give each damping as C of a structure, and then support_motion"
+        )
+
+
 def influence(s: Model, dofs: Iterable[Dof]) -> Array:
     """Static displacements (N,) of all degrees of freedom where these supports are displaced by one.
 

@@ -15,6 +15,7 @@ from ...core.errors import damping_ratio
 from ...core.exports import Exported
 from ..model.model import Model
 from ..model.rayleigh import Rayleigh
+from ..model.supports import require_still_supports
 from ..solvers.low_rank import LowRank
 from .eigen import static_response
 
@@ -163,6 +164,7 @@ class ModalBasis:
         if ratios.shape not in ((), (len(self),)):
             raise ValueError(f"expected xi as one number or {len(self)}, one for each mode, got shape {ratios.shape}")
         xi = np.broadcast_to(ratios, (len(self),))
+        require_still_supports(self.structure)
         C = damping_of_modes(self.structure, self.omega, self.free_shapes, xi) if ratios.any() else None
         damping = np.diag(np.broadcast_to(2.0 * ratios * self.omega, self.omega.shape))
         return replace(self, structure=replace(self.structure, C=C, full_damping=None), damping=damping)

@@ -33,8 +33,10 @@ def finite(name: str, value: Any) -> Matrix:
         return real_array(name, value)
     if np.iscomplexobj(value):
         raise complex_numbers(name)
-    matrix = sparse.csr_array(value, dtype=np.float64)
-    matrix.sum_duplicates()
+    matrix = sparse.csr_array(value.astype(np.float64, copy=False))  # before entries that stand twice are added up
+    if not matrix.has_canonical_format:  # whose arrays may be the caller's
+        matrix = matrix.copy()
+        matrix.sum_duplicates()
     bad = np.flatnonzero(~np.isfinite(matrix.data))
     if len(bad):
         row = int(np.searchsorted(matrix.indptr, bad[0], side="right")) - 1
@@ -86,6 +88,13 @@ def reduced(matrix: Matrix, T: Matrix) -> Matrix:
     if rows.nnz < np.iinfo(np.int32).max:  # half the memory that a product has to read for the columns
         rows.indices, rows.indptr = rows.indices.astype(np.int32), rows.indptr.astype(np.int32)
     return rows
+
+
+def kept(matrix: Matrix, T: Matrix, free: Matrix) -> Matrix:
+    """The matrix (N, N) as it is now, whatever becomes of the caller's; free: T^T matrix T, which it is if T is one."""
+    if is_operator(matrix):
+        return matrix
+    return free if is_identity(T) else matrix.copy()
 
 
 def combination(terms: Sequence[tuple[complex, Matrix]]) -> Matrix:
