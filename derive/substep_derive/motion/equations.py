@@ -173,16 +173,15 @@ class EquationsOfMotion:
 
     @cached_property
     def _driven(self) -> Expr:
-        """The potential's part that depends on time where that is linear in the invariants, and so a load; else 0."""
-        V = self._whole_potential
-        driven = (V - V.subs(t, 0)).expand() if V.has(t) else Integer(0)
-        own = [*self.scene.invariants, *(q for q in self.coordinates if V.has(q))]
-        bends = any(may_jump(driven.diff(q), own) or driven.diff(q, p).expand() != 0 for q in own for p in own)
+        """The potential's part that depends on time where that is linear in the coordinates, and so a load; else 0."""
+        V, q = self._whole_potential, self.coordinates
+        driven = (V - V.subs(t, 0)).subs(self.scene.invariants).expand() if V.has(t) else Integer(0)
+        bends = any(may_jump(driven.diff(a), q) or driven.diff(a, b).expand() != 0 for a in q for b in q)
         return Integer(0) if bends or driven.has(nan, zoo, oo) else driven
 
     @cached_property
     def potential(self) -> Expr:
-        """The potential in the invariants, without its part that is a load because it is linear in them."""
+        """The potential in the invariants, without its part that is a load because it is linear in the coordinates."""
         V = self._whole_potential
         return V.subs(t, 0) if self._driven != 0 else V
 
@@ -332,8 +331,7 @@ class EquationsOfMotion:
     @cached_property
     def load(self) -> Matrix:
         """The load as a function of t and of `sampled`: declared, other forces of t alone, a prescribed motion's."""
-        moving = self._driven.subs(self.invariants).expand()
-        declared = Matrix([sympify(self.scene.load.get(q, 0)) - moving.diff(q) for q in self.coordinates])
+        declared = Matrix([sympify(self.scene.load.get(q, 0)) - self._driven.diff(q) for q in self.coordinates])
         return declared - self.of_terms(False, False)
 
     @property
