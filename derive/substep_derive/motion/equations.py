@@ -346,18 +346,23 @@ class EquationsOfMotion:
         Where neither holds time, that is the invariant of Lagrange's equations, T_2 - T_0 + V with T_k of degree k in
         the rates, which is T + V unless coordinates are relative to something that is moved.
         """
-        T, V = self.kinetic, tidy(self.scene.potential)
-        if not (T + V).has(t):
+        T, V = self.kinetic, tidy(self.scene.potential).subs(self.scene.invariants)
+        if not self.of_time:
             T -= self._split[0] + 2 * self._split[1]
         stored = (element.expression(element.law.stored, symbols) for element, symbols in self._laws)
-        return sum(stored, T + V.subs(self.scene.invariants))
+        return sum(stored, T + V)
+
+    @property
+    def of_time(self) -> bool:
+        """Whether the kinetic energy or the potential holds the time, also in an invariant."""
+        return self.kinetic.has(t) or self.scene.potential.subs(self.scene.invariants).has(t)
 
     @property
     def conserves(self) -> bool:
         """Whether the energy is constant on every motion, for forces that depend on rates those of inertia alone."""
         given = self.scene
         others = given.dissipation != 0 or given.forces or given.load or given.laws or given.frictions
-        return not others and not (self.kinetic + self.scene.potential).has(t)
+        return not (others or self.of_time)
 
     @cached_property
     def momenta(self) -> list[Momentum]:
