@@ -380,11 +380,10 @@ class EquationsOfMotion:
     @property
     def outputs(self) -> dict[str, Expr]:
         """The scene's named outputs, and the force of each law, as functions of the coordinates, rates and memory."""
-        several = len(self.scene.laws) > 1
         found = {name: e.subs(self.scene.invariants) for name, e in self.scene.outputs.items()}
         for (name, element), (_, speed) in zip(self.scene.laws.items(), self.elongations, strict=True):
             force = element.expression(element.law.trial, self.scene.memory_of[name]).subs(e_dot, speed)
-            found[f"{name}_force" if several else "force"] = force
+            found[self.scene.output_of[name]] = force
         return found
 
     @cached_property
