@@ -39,6 +39,9 @@ Force = Callable[[float, float, float], float]
         ({"potential": x**2, "dissipation": c * v**2 + Abs(v) / 5}, lambda t, x, v: -2 * x - v - np.sign(v) / 5),
         ({"potential": x**2, "forces": {x: -c * v - sign(v) / 5}}, lambda t, x, v: -2 * x - v / 2 - np.sign(v) / 5),
         ({"potential": x**2 + t * Abs(x)}, lambda t, x, v: -2 * x - t * np.sign(x)),
+        ({"potential": (1 + t) * y, "invariants": {y: x**2}}, lambda t, x, v: -2 * (1 + t) * x),
+        ({"potential": x**2 + t * y, "invariants": {y: w - 3 * x}}, lambda t, x, v: -2 * x + 3 * t),
+        ({"potential": y, "invariants": {y: (x - sin(t)) ** 2}}, lambda t, x, v: -2 * (x - np.sin(t))),
     ],
 )
 def test_forces_are_more_than_their_slopes(given: dict[str, Any], force: Force) -> None:

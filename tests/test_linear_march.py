@@ -11,7 +11,8 @@ from declared import COMMITTED, OWN, UNDAMPED, near
 from plain_kernels import GENERATED
 from plain_kernels import committed as module_of
 from plain_kernels import uncompiled as plain
-from substep_derive.declare.symbols import Omega, xi
+from substep_derive import Balance, Scheme, knot
+from substep_derive.declare.symbols import Omega, h, xi
 from substep_derive.emit.filter_module import filter_module
 from substep_derive.emit.march_module import WIDTH, march_module
 from substep_derive.kernels.march_form import MarchForm
@@ -299,3 +300,21 @@ def test_a_lane_marched_piece_by_piece_is_the_lane_marched_at_once(
     pieces = ss.march(scene, "newmark_bdf2", dt=0.1, t_end=30.0, stride=stride)
     for name in ("t", "u", "v", "a"):
         assert np.array_equal(getattr(pieces, name), getattr(whole, name))
+
+
+@pytest.mark.parametrize("reported", ["u", "v", "a"])
+def test_what_a_scheme_reports_is_what_its_declaration_says(reported: str) -> None:
+    """Of a scheme that is balanced at the end of its steps: its state goes on as if it reported nothing else."""
+    (u0, v0, a0), (u1, v1, a1) = knot(0), knot(1)
+    relations = {u1: u0 + h * v0 + h**2 / 4 * (a0 + a1), v1: v0 + h / 2 * (a0 + a1)}
+    report = {"u": {u1: u1 + h**2 / 11 * (a1 - a0)}, "v": {v1: v1 + h / 7 * (a1 - a0)}, "a": {a1: (a0 + a1) / 2}}
+    own = Scheme("reporting", relations, (Balance.at(knot(1), 1),), report=report[reported])
+    scene = ss.scene("linear_oscillator", omega=2.5, xi=0.07, u0=1.0, v0=-1.0, load=ss.Harmonic(2.0, 3.0))
+    plain, r = (ss.march(scene, scheme, dt=0.125, t_end=2.0) for scheme in ("average_acceleration", own))
+    u, v, a = (x.copy() for x in (plain.u, plain.v, plain.a))
+    change = plain.a[1:] - plain.a[:-1]
+    u[1:] += 0.125**2 / 11 * change if reported == "u" else 0.0
+    v[1:] += 0.125 / 7 * change if reported == "v" else 0.0
+    a[1:] -= change / 2 if reported == "a" else 0.0
+    for found, expected in ((r.u, u), (r.v, v), (r.a, a)):
+        np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12)

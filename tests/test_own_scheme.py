@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from inner_kernels import block_of
-from substep_derive import Balance, Parameter, Scheme, certify, derive
+from substep_derive import Balance, Parameter, Scene, Scheme, certify, derive, rate
 from substep_derive.declare.symbols import gamma, h, knot
-from sympy import Interval, Rational
+from sympy import Interval, Rational, Symbol
 
 import substep as ss
 from substep.derived import module_cache
@@ -186,3 +186,32 @@ def test_a_leading_coefficient_below_zero(folder: Path) -> None:
         for x, y, atol in zip(found, expected, (0.0, 1e-16, 0.0), strict=True):
             np.testing.assert_allclose(x, y, rtol=1e-12, atol=atol)
         np.testing.assert_array_equal(found[0], below.spectral_radius(Omega, xi))
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("reported", ["u", "v"])
+def test_the_energy_of_a_march_is_that_of_what_is_reported(reported: str) -> None:
+    """On a mass that moves, whose energy has parts in common: they are taken from this step's u and v, not the last."""
+    (u0, v0, a0), (u1, v1, a1) = knot(0), knot(1)
+    relations = {u1: u0 + h * v0 + h**2 / 4 * (a0 + a1), v1: v0 + h / 2 * (a0 + a1)}
+    report = {"u": {u1: u1 + h**2 / 11 * (a1 - a0)}, "v": {v1: v1 + h / 7 * (a1 - a0)}}[reported]
+    plain, own = (
+        Scheme(name, relations, (Balance.at(knot(1), 1),), report=given)
+        for name, given in (("plain", {}), ("reporting", report))
+    )
+    x, y = Symbol("x"), Symbol("y")
+    v, w = rate(x), rate(y)
+    moving = Scene(
+        "moving", {x: "m", y: "m"}, kinetic=((1 + x**2) * v**2 + (2 + x**2) * w**2) / 2, parameters=(),
+        potential=x**2 + x**4 + y**2 + 3 * x, start={x: 0, y: 0, v: 1, w: 1}, length=1,
+    )  # fmt: skip
+    one, r = (ss.march(ss.scene(moving), scheme, dt=0.05, t_end=0.5) for scheme in (plain, own))
+    change = one.a[1:] - one.a[:-1]
+    u, v1_ = one.u.copy(), one.v.copy()
+    u[1:] += 0.05**2 / 11 * change if reported == "u" else 0.0
+    v1_[1:] += 0.05 / 7 * change if reported == "v" else 0.0
+    np.testing.assert_allclose(r.u, u, rtol=0.0, atol=1e-13)
+    np.testing.assert_allclose(r.v, v1_, rtol=0.0, atol=1e-13)
+    (a, b), (p, q) = u[1:].T, v1_[1:].T
+    energy = ((1 + a**2) * p**2 + (2 + a**2) * q**2) / 2 + a**2 + a**4 + b**2 + 3 * a
+    np.testing.assert_allclose(r.growth, energy.max() / r.energy[0], rtol=1e-12)

@@ -191,3 +191,32 @@ def test_what_has_no_powers_says_what_there_is_instead() -> None:
     r = ss.march(ss.structure([[1.0]], K=[[4.0]]), "bathe", dt=0.1, t_end=0.5, start={"u": [1.0], "v": [0.0]})
     with pytest.raises(AttributeError, match="expected a response of a scene for powers .* got one of a structure"):
         r.power_of_each
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("driven", ["potential", "invariant", "kinetic", "load"])
+def test_what_drives_a_turning_frame_may_be_declared_in_any_place(driven: str) -> None:
+    """Its kinetic energy has terms without rates, and one of first degree: the scheme dissipates next to nothing."""
+    spin, r, (v, w) = Rational(2), Symbol("r"), (rate(x), rate(y))
+    given: dict[str, Any] = {
+        "potential": {"potential": 2 * x**2 + 3 * y**2 + x * sin(3 * t)},
+        "invariant": {"potential": 2 * r + 3 * y**2, "invariants": {r: (x - sin(3 * t)) ** 2}},
+        "kinetic": {"potential": 2 * x**2 + 3 * y**2},
+        "load": {"potential": 2 * x**2 + 3 * y**2, "load": {x: -sin(3 * t)}},
+    }[driven]
+    if driven == "kinetic":
+        spin *= cos(t)
+    turning = Scene(
+        "turning", {x: "m", y: "m"}, kinetic=((v - spin * y) ** 2 + (w + spin * x) ** 2) / 2, parameters=(),
+        start={x: 1, y: Rational(1, 2), v: Rational(1, 2), w: -1}, length=1, **given,
+    )  # fmt: skip
+    r1, r2 = (ss.march(ss.scene(turning), "rk4", dt=dt, t_end=1.0) for dt in (0.02, 0.01))
+    assert np.abs(r1.numerical).max() < 1e-4
+    assert np.abs(r2.numerical).max() < np.abs(r1.numerical).max() / 10.0
+    T2 = (r2.v**2).sum(axis=1) / 2
+    one, own = 2.0 * (np.cos(r2.t) if driven == "kinetic" else 1.0), r2.u[:, 0]
+    T1 = one * (own * r2.v[:, 1] - r2.u[:, 1] * r2.v[:, 0])
+    T0 = one**2 * (r2.u**2).sum(axis=1) / 2
+    moved = own - (np.sin(3 * r2.t) if driven == "invariant" else 0.0)
+    V = 2 * moved**2 + 3 * r2.u[:, 1] ** 2 + (own * np.sin(3 * r2.t) if driven == "potential" else 0.0)
+    assert r2.energy == pytest.approx(T2 - T0 + V if driven == "load" else T2 + T1 + T0 + V, rel=1e-12)

@@ -122,7 +122,8 @@ class Element:
     def __post_init__(self) -> None:
         given = {name: expression(self.law.name, f"a {name}", x) for name, x in self.values.items()}
         object.__setattr__(self, "values", given)
-        object.__setattr__(self, "elongation", expression(self.law.name, "an elongation", self.elongation))
+        elongation = by_branch(expression(self.law.name, "an elongation", self.elongation))
+        object.__setattr__(self, "elongation", elongation)
         names = [p.name for p in self.law.parameters]
         missing = [p.name for p in self.law.parameters if p.name not in self.values and p.default is None]
         if wrong := sorted(set(self.values) - set(names)) or missing:

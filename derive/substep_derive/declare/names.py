@@ -47,6 +47,8 @@ _SCENE_FUNCTIONS = {
     "powers",
     "np",
 }
+# what laws speak of, which coordinates and reactions of their scene would be taken for
+_OF_LAWS = {"e_dot", "elapsed", "dissipated"}
 
 
 def python_name(symbol: Symbol) -> str:
@@ -139,6 +141,8 @@ def check_scene(
             raise _taken(scene, "parameter", name)
     for name in q:
         _check_identifier(scene, "coordinate", name)
+        if name in _OF_LAWS:
+            raise _taken(scene, "coordinate", name)
         if name.endswith("_"):  # it stands at the end of names in kernels: see `printed`
             raise DeclarationError(
                 f"{scene}: expected a coordinate whose name does not end with an underscore, got '{name}'; rename it"
@@ -147,7 +151,7 @@ def check_scene(
     for what, names in named.items():
         for name in names:
             _check_identifier(scene, what, name)
-            if name in _SCENE_FUNCTIONS:
+            if name in _SCENE_FUNCTIONS or (name in _OF_LAWS and what in ("constraint", "contact", "friction")):
                 raise _taken(scene, what, name)
 
 

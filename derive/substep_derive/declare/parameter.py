@@ -13,7 +13,10 @@ from sympy import (
     Poly,
     PolynomialError,
     Rational,
+    S,
+    Set,
     Symbol,
+    Union,
     fraction,
     oo,
     together,
@@ -26,6 +29,13 @@ from .errors import DeclarationError
 from .expressions import expression
 
 POSITIVE, NOT_NEGATIVE, REAL = Interval.open(0, oo), Interval(0, oo), Interval(-oo, oo)
+NEGATIVE, NOT_POSITIVE = Interval.open(-oo, 0), Interval(-oo, 0)
+# what SymPy may be told of a symbol, and the numbers of which it is true
+ASSUMED: Mapping[str, Set] = {
+    "positive": POSITIVE, "negative": NEGATIVE, "nonnegative": NOT_NEGATIVE, "nonpositive": NOT_POSITIVE,
+    "nonzero": Union(NEGATIVE, POSITIVE), "zero": S.EmptySet, "integer": S.Integers, "rational": S.Rationals,
+    "irrational": S.EmptySet, "imaginary": S.EmptySet,
+}  # fmt: skip
 
 
 def written_interval(name: str, interval: Interval) -> str:
@@ -79,6 +89,7 @@ class Parameter:
                 f"{self.name}: expected an interval with rational or infinite ends and more than one number in it, "
                 f"got {self.domain}; write Interval(0, Rational(1, 2)), Interval.open(0, oo), ..."
             )
+        require_assumptions(self.name, f"numbers in {domain}", symbol, domain)
         if self.default is None or isinstance(self.default, Root):
             return
         default = expression(self.name, "a default", self.default)
@@ -226,6 +237,19 @@ def signed(e: Expr, parameters: Sequence[Parameter]) -> Expr:
     """The expression with parameters that cannot be negative as symbols of which SymPy knows it."""
     known = [p.symbol for p in parameters if p.domain.is_subset(NOT_NEGATIVE)]
     return e.subs({s: Symbol(s.name, nonnegative=True) for s in known}, simultaneous=True)
+
+
+def require_assumptions(owner: str, taken: str, symbol: Symbol, domain: Interval) -> None:
+    """Raises DeclarationError for a symbol of which SymPy assumes what is not true of all numbers that it stands for.
+
+    SymPy writes |k| and sqrt(k**2) as k where it is told that k is positive, before a declaration is made of that.
+    """
+    for name, where in ASSUMED.items():
+        if getattr(symbol, f"is_{name}") and not domain.is_subset(where):
+            raise DeclarationError(
+                f"{owner}: expected '{symbol}' as a symbol that stands for {taken}, got one that SymPy assumes to be "
+                f"{name}; write Symbol('{symbol}')"
+            )
 
 
 def require_parameters(owner: str, given: Any) -> None:

@@ -156,6 +156,11 @@ class Scene:
         }
 
     @property
+    def output_of(self) -> Mapping[str, str]:
+        """For each law the name of the output that is its force: after the law's name if there are more."""
+        return {name: f"{name}_force" if len(self.laws) > 1 else "force" for name in self.laws}
+
+    @property
     def multipliers(self) -> tuple[Symbol, ...]:
         """Symbols of the constraints' multipliers, the pressures and the frictions, each with the name of its own."""
         return tuple(map(Symbol, (*self.constraints, *self.contacts, *self.frictions)))

@@ -13,7 +13,7 @@ from .errors import DeclarationError
 from .expressions import require_known
 from .law import Element
 from .names import check_scene
-from .parameter import NOT_NEGATIVE, Parameter, signed
+from .parameter import NOT_NEGATIVE, REAL, Parameter, require_assumptions, signed
 from .potentials import may_jump
 from .reactions import Constraint, Contact, Friction
 from .symbols import sampled, t
@@ -65,6 +65,8 @@ class _Declared(Protocol):
     @property
     def energy_scale(self) -> Expr | None: ...
     @property
+    def output_of(self) -> Mapping[str, str]: ...
+    @property
     def memory_of(self) -> Mapping[str, Mapping[Symbol, Symbol]]: ...
     @property
     def rates(self) -> tuple[Symbol, ...]: ...
@@ -89,6 +91,10 @@ def check(scene: _Declared) -> None:
 def _symbols(scene: _Declared) -> None:
     values = {p.symbol for p in scene.parameters}
     q, v = set(scene.coordinates), set(scene.rates)
+    for x in scene.coordinates:
+        require_assumptions(scene.name, "a coordinate, any real number", x, REAL)
+    for symbol, e in scene.invariants.items():
+        require_known(scene.name, f"invariant {symbol}", e, values | q | {t})
     require_known(scene.name, "kinetic energy", scene.kinetic, values | q | v | {t})
     require_known(scene.name, "potential", scene.potential, values | q | set(scene.invariants) | {t})
     require_known(scene.name, "dissipation", scene.dissipation, values | q | v)
@@ -114,6 +120,11 @@ def _symbols(scene: _Declared) -> None:
     for symbol, force in scene.load.items():
         require_known(scene.name, f"load on {symbol}", force, values | {t, sampled})
     _start(scene, values)
+    if twice := [name for name in scene.output_of.values() if name in scene.outputs]:
+        raise DeclarationError(
+            f"{scene.name}: expected names of outputs that are not those of the forces of laws, got '{twice[0]}' "
+            "twice; rename one"
+        )
     for name, e in scene.outputs.items():
         require_known(scene.name, f"output {name}", e, values | q | v | set(scene.invariants) | {t})
 
@@ -234,7 +245,7 @@ def _invariants(scene: _Declared) -> None:
     q = tuple(scene.coordinates)
     for symbol, e in scene.invariants.items():
         third = [e.diff(a, b, c) for a in q for b in q for c in q]
-        if any(d != 0 for d in third):
+        if any(d != 0 for d in third) or may_jump(e, q):
             raise DeclarationError(
                 f"{scene.name}: expected invariant {symbol} at most quadratic in the coordinates, got {e}"
             )

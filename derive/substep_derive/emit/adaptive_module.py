@@ -196,7 +196,9 @@ class _Writer(LaneNames):
             names = [name for s in HALVED[:2] for name in body.components(s)]
             state = [name for name, _ in body.places]
             between += [f"{', '.join(names)} = _halved({', '.join([*HALVES_GIVEN, '0.5 * h', *state])})"]
-        return [Part(body.results), *between, Part(errors)] if between else [Part([*body.results, *errors])]
+        closing, energy = body.results
+        together = [energy, *between, Part(errors)] if between else [Part([*energy.assignments, *errors])]
+        return [closing, *together]
 
     def _begin(self) -> str:
         """Lines that take the state from the start."""

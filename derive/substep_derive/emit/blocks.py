@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from sympy import Expr, Symbol
 
-from ..kernels.balance_step import BalanceStep, Part, Phase
+from ..kernels.balance_step import BalanceStep, Phase
 from ..kernels.body import Body
 from .printing import KernelPrinter, fill, lines, placed
 from .step_text import Layout, StepText
@@ -41,7 +41,7 @@ def _shared(body: Body) -> set[str]:
     *phases, last = body.phases
     assert isinstance(last, tuple)  # as `phases` says
     after = {str(new) for _, new in body.shift}
-    groups = [_flow(phase) for phase in (*phases, (*last, Part(body.results)))]
+    groups = [_flow(phase) for phase in (*phases, (*last, *body.results))]
     groups[-1][1].update(after, body.finite)
     groups.append((set(), _read(e for _, e in body.stored if str(e) not in after)))
     return {

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 
-from ..kernels.balance_step import Part
 from ..kernels.body import Body
 from .one_lane import given, lane_function, of_lane
 from .pair_module import helpers, march_arguments
@@ -30,7 +29,7 @@ GPU_THREAD = Layout("", NEWTON, "", lambda body: {}, _march)
 
 def pair_threads(body: Body, banner: str) -> str:
     """Text of the module that marches a pair in the threads of a GPU; its start is that of the pair's own module."""
-    step = step_text(body, DT, GPU_THREAD, [Part(body.results)])
+    step = step_text(body, DT, GPU_THREAD, body.results)
     march = GPU_THREAD.march(body, step, march_arguments(body))
     text = on_device("".join([*helpers(march, body), march]))
     header = fill(PAIR_THREADS_HEADER, scheme=body.scheme.name, scene=body.motion.scene.name)

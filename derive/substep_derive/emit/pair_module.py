@@ -6,7 +6,6 @@ from textwrap import wrap
 from sympy import symbols
 
 from ..declare.symbols import h, kind_of, steps_back
-from ..kernels.balance_step import Part
 from ..kernels.body import Body
 from ..kernels.near_series import NearSeries
 from ..motion.components import SINCE
@@ -36,7 +35,7 @@ def pair_module(
 ) -> str:
     """Text of the module <scheme>__<scene>.py; systems: one for each balance of the scheme."""
     arguments = march_arguments(body)
-    steps = [step_text(body, DT, layout, [Part(body.results)]) for layout in layouts]
+    steps = [step_text(body, DT, layout, body.results) for layout in layouts]
     start_names, start = _start(body)
     marches = (layout.march(body, step, arguments) for layout, step in zip(layouts, steps, strict=True))
     text = "".join([*marches, start, _held_first(body), _stencil(body)])

@@ -213,9 +213,9 @@ class Body:
         return (*found, tuple(parts))
 
     @property
-    def results(self) -> Assignments:
-        """What is computed after the phases: what is reported, and its energy."""
-        return [*self.closing, (Symbol("energy"), self.energy)]
+    def results(self) -> tuple[Part, Part]:
+        """What is computed after the phases: what is reported, and the energy of that, apart since it reads these."""
+        return Part(self.closing), Part([(Symbol("energy"), self.energy)])
 
     @property
     def iterated(self) -> list[int]:

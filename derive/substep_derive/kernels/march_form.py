@@ -36,10 +36,10 @@ class MarchForm:
 
     @classmethod
     def of(cls, amplification: Amplification) -> "MarchForm":
-        """The march of the scheme; its acceleration is eliminated where that is possible."""
+        """The march of the scheme; its acceleration is eliminated where that is possible, and the state is reported."""
         a = amplification
         everything = tuple(range(len(a.scheme.state)))
-        if a.scheme.state != knot(0) or not _balanced_at_the_end(a):
+        if a.scheme.state != knot(0) or a.in_state != (0, 1, 2) or not _balanced_at_the_end(a):
             return cls(a, everything, False, a.stencil, a.step, a.outputs, a.in_state)
         without = Matrix([[1, 0], [0, 1], [-(Omega**2), -2 * _damping(a.scheme) * Omega]])
         at_zero: dict[Symbol, Expr] = a.scheme.typical | {Omega: Integer(0)}

@@ -173,16 +173,15 @@ class EquationsOfMotion:
 
     @cached_property
     def _driven(self) -> Expr:
-        """The potential's part that depends on time where that is linear in the invariants, and so a load; else 0."""
-        V = self._whole_potential
-        driven = (V - V.subs(t, 0)).expand() if V.has(t) else Integer(0)
-        own = [*self.scene.invariants, *(q for q in self.coordinates if V.has(q))]
-        bends = any(may_jump(driven.diff(q), own) or driven.diff(q, p).expand() != 0 for q in own for p in own)
+        """The potential's part that depends on time where that is linear in the coordinates, and so a load; else 0."""
+        V, q = self._whole_potential, self.coordinates
+        driven = (V - V.subs(t, 0)).subs(self.scene.invariants).expand() if V.has(t) else Integer(0)
+        bends = any(may_jump(driven.diff(a), q) or driven.diff(a, b).expand() != 0 for a in q for b in q)
         return Integer(0) if bends or driven.has(nan, zoo, oo) else driven
 
     @cached_property
     def potential(self) -> Expr:
-        """The potential in the invariants, without its part that is a load because it is linear in them."""
+        """The potential in the invariants, without its part that is a load because it is linear in the coordinates."""
         V = self._whole_potential
         return V.subs(t, 0) if self._driven != 0 else V
 
@@ -332,8 +331,7 @@ class EquationsOfMotion:
     @cached_property
     def load(self) -> Matrix:
         """The load as a function of t and of `sampled`: declared, other forces of t alone, a prescribed motion's."""
-        moving = self._driven.subs(self.invariants).expand()
-        declared = Matrix([sympify(self.scene.load.get(q, 0)) - moving.diff(q) for q in self.coordinates])
+        declared = Matrix([sympify(self.scene.load.get(q, 0)) - self._driven.diff(q) for q in self.coordinates])
         return declared - self.of_terms(False, False)
 
     @property
@@ -348,18 +346,23 @@ class EquationsOfMotion:
         Where neither holds time, that is the invariant of Lagrange's equations, T_2 - T_0 + V with T_k of degree k in
         the rates, which is T + V unless coordinates are relative to something that is moved.
         """
-        T, V = self.kinetic, tidy(self.scene.potential)
-        if not (T + V).has(t):
+        T, V = self.kinetic, tidy(self.scene.potential).subs(self.scene.invariants)
+        if not self.of_time:
             T -= self._split[0] + 2 * self._split[1]
         stored = (element.expression(element.law.stored, symbols) for element, symbols in self._laws)
-        return sum(stored, T + V.subs(self.scene.invariants))
+        return sum(stored, T + V)
+
+    @property
+    def of_time(self) -> bool:
+        """Whether the kinetic energy or the potential holds the time, also in an invariant."""
+        return self.kinetic.has(t) or self.scene.potential.subs(self.scene.invariants).has(t)
 
     @property
     def conserves(self) -> bool:
         """Whether the energy is constant on every motion, for forces that depend on rates those of inertia alone."""
         given = self.scene
         others = given.dissipation != 0 or given.forces or given.load or given.laws or given.frictions
-        return not others and not (self.kinetic + self.scene.potential).has(t)
+        return not (others or self.of_time)
 
     @cached_property
     def momenta(self) -> list[Momentum]:
@@ -377,11 +380,10 @@ class EquationsOfMotion:
     @property
     def outputs(self) -> dict[str, Expr]:
         """The scene's named outputs, and the force of each law, as functions of the coordinates, rates and memory."""
-        several = len(self.scene.laws) > 1
         found = {name: e.subs(self.scene.invariants) for name, e in self.scene.outputs.items()}
         for (name, element), (_, speed) in zip(self.scene.laws.items(), self.elongations, strict=True):
             force = element.expression(element.law.trial, self.scene.memory_of[name]).xreplace({e_dot: speed})
-            found[f"{name}_force" if several else "force"] = force
+            found[self.scene.output_of[name]] = force
         return found
 
     @cached_property

@@ -12,8 +12,8 @@ def powers(motion: EquationsOfMotion) -> dict[str, Expr]:
 
     Forces and loads are each by themselves, `forces x` and `load x` on the coordinate x. Of time it is that of energies
     which hold it: with T_k of degree k in the rates, T_2 - T_0 + V changes by d(V - T)/dt at fixed coordinates and
-    rates. Where the kinetic energy holds time, `frame` is T_1 + 2 T_0, by which the energy that is reported, T + V, is
-    beyond that.
+    rates. Where the kinetic energy or the potential holds time, `frame` is T_1 + 2 T_0, by which the energy that is
+    reported, T + V, is beyond that.
     """
     scene, v = motion.scene, motion.scene.rates
     T, V = motion.kinetic, tidy(scene.potential).subs(scene.invariants)
@@ -25,6 +25,6 @@ def powers(motion: EquationsOfMotion) -> dict[str, Expr]:
         "dissipation": -sum((scene.dissipation.diff(r) * r for r in v), Integer(0)),
         **{f"{kind} {q}": sympify(on.get(q, 0)) * r for kind, on in given.items() for q, r in pairs},
         "time": (V - T).diff(t),
-        "frame": linear + 2 * T.subs(at_rest) if T.has(t) else Integer(0),
+        "frame": linear + 2 * T.subs(at_rest) if motion.of_time else Integer(0),
     }
     return {name: e for name, e in found.items() if e != 0}

@@ -203,7 +203,7 @@ class Scene:
     def powers(self, t: Array, u: Array, v: Array, memory: Array | None = None) -> dict[str, Array]:
         """The power (...,) of what gives energy to it or takes it, by name, W: see `Response.power_of_each`.
 
-        Beside them `frame`, J, of a kinetic energy that holds time: what its energy is beyond the one that they change.
+        Beside them `frame`, J, where an energy holds time: what the scene's is beyond the one that they change.
         """
         if not hasattr(self.module, "powers"):
             return {}
