@@ -50,7 +50,7 @@ NOT_RUN = (  # beginnings of commands that the pages show and that are parsed on
 )
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LANGUAGES = {"python", "sh", "bash"}
-# of pages, each in a fork of one process that has imported what nearly all of them do
+# of pages, each of several in a fork of one process that has imported what nearly all of them do
 PROGRAMS = """
 import json, os, runpy, sys, warnings
 import matplotlib.pyplot, substep, substep_derive
@@ -60,8 +60,10 @@ def run(folder, name):
     os.environ["PYTHONPATH"] = os.pathsep.join([folder, os.environ["PYTHONPATH"]])  # for processes that it starts
     warnings.filterwarnings("error", category=DeprecationWarning, module="__main__")
     runpy.run_path(name, run_name="__main__")
-failed = []
-for folder, name in json.loads(sys.argv[1]):
+failed, programs = [], json.loads(sys.argv[1])
+if len(programs) == 1:
+    sys.exit(run(*programs[0]))
+for folder, name in programs:
     if not (child := os.fork()):
         run(folder, name)
         sys.exit()
@@ -128,7 +130,7 @@ def test_every_block_has_a_language(page: Path) -> None:
 WITH_PYTHON = [page for page in PAGES if blocks(page, "python")]
 SHORT = [page for page in WITH_PYTHON if page.stem not in (*COMPILED, *LONG)]
 TOGETHER = [
-    pytest.param(SHORT, id="short"),
+    *([pytest.param(SHORT, id="short")] if hasattr(os, "fork") else [pytest.param([p], id=p.stem) for p in SHORT]),
     *(pytest.param([p], id=p.stem) for p in WITH_PYTHON if p.stem in COMPILED),
     *(pytest.param([p], id=p.stem, marks=pytest.mark.thorough) for p in WITH_PYTHON if p.stem in LONG),
 ]
