@@ -1,5 +1,6 @@
 """What several test files use: fixtures, and the settings with which hypothesis draws examples."""
 
+import gc
 import os
 import random
 import sys
@@ -135,6 +136,16 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     others = [item for item in items if not item.get_closest_marker("long")]
     share = -(-len(others) // workers)
     items[:] = [x for k in range(workers) for x in (*long[k::workers], *others[k * share : (k + 1) * share])]
+
+
+def pytest_collection_finish() -> None:
+    """Leave what has been imported and collected out of Python's collections of garbage, and begin these less often.
+
+    Expressions of SymPy and types of numba are made by the million, and few of them are garbage. In a process that
+    compiles, a collection of everything would besides copy all the memory that it shares with its parent.
+    """
+    gc.freeze()
+    gc.set_threshold(50_000, 20, 100)
 
 
 def _choose(config: pytest.Config, items: list[pytest.Item], chosen: Sequence[bool]) -> None:

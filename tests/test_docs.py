@@ -50,6 +50,27 @@ NOT_RUN = (  # beginnings of commands that the pages show and that are parsed on
 )
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LANGUAGES = {"python", "sh", "bash"}
+# of pages, each of several in a fork of one process that has imported what nearly all of them do
+PROGRAMS = """
+import json, os, runpy, sys, warnings
+import matplotlib.pyplot, substep, substep_derive
+def run(folder, name):
+    os.chdir(folder)
+    sys.path.insert(0, folder)
+    os.environ["PYTHONPATH"] = os.pathsep.join([folder, os.environ["PYTHONPATH"]])  # for processes that it starts
+    warnings.filterwarnings("error", category=DeprecationWarning, module="__main__")
+    runpy.run_path(name, run_name="__main__")
+failed, programs = [], json.loads(sys.argv[1])
+if len(programs) == 1:
+    sys.exit(run(*programs[0]))
+for folder, name in programs:
+    if not (child := os.fork()):
+        run(folder, name)
+        sys.exit()
+    if os.waitpid(child, 0)[1]:
+        failed.append(name)
+sys.exit(" ".join(failed) or 0)
+"""
 COMMANDS = """
 import json, shlex, sys
 from typer.testing import CliRunner
@@ -84,9 +105,18 @@ def commands(page: Path) -> list[str]:
     return [x for x in [*lines, *re.findall(r"`(substep [^`\n]+)`", FENCE.sub("", text))] if x.startswith("substep ")]
 
 
+def run_apart(program: str, *arguments: str, folder: Path, **more: str) -> subprocess.CompletedProcess[str]:
+    """A program of Python run in a folder of its own, with `more` in its environment."""
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), **more}
+    command = [sys.executable, "-c", program, *arguments]
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done
+
+
 def test_the_lists_name_pages_that_are_there() -> None:
     """A page that is renamed would run in the gate, or uncompiled, with nobody noticing."""
-    assert {*COMPILED, *LONG} <= {page.stem for page in PAGES if blocks(page, "python")}
+    assert {*COMPILED, *LONG} <= {page.stem for page in WITH_PYTHON}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
@@ -97,29 +127,34 @@ def test_every_block_has_a_language(page: Path) -> None:
     assert set(marks[1::2]) <= {""}
 
 
+WITH_PYTHON = [page for page in PAGES if blocks(page, "python")]
+SHORT = [page for page in WITH_PYTHON if page.stem not in (*COMPILED, *LONG)]
+TOGETHER = [
+    *([pytest.param(SHORT, id="short")] if hasattr(os, "fork") else [pytest.param([p], id=p.stem) for p in SHORT]),
+    *(pytest.param([p], id=p.stem) for p in WITH_PYTHON if p.stem in COMPILED),
+    *(pytest.param([p], id=p.stem, marks=pytest.mark.thorough) for p in WITH_PYTHON if p.stem in LONG),
+]
+
+
 @pytest.mark.long
-@pytest.mark.parametrize(
-    "page",
-    [pytest.param(p, marks=[pytest.mark.thorough] * (p.stem in LONG)) for p in PAGES if blocks(p, "python")],
-    ids=lambda page: page.stem,
-)
-def test_python_blocks_run(page: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("pages", TOGETHER)
+def test_python_blocks_run(pages: list[Path], tmp_path: Path) -> None:
     """In the gate without compiling but for `COMPILED`, for other tests do that; compiled in `make verify`."""
-    lines: list[str] = []  # each line of the program has the number that it has in the page
-    for first, block in blocks(page, "python"):
-        lines += [""] * (first - 1 - len(lines)) + block.splitlines()
-        if named := re.match(r"# (\w+\.py)\b", block):
-            (tmp_path / named[1]).write_text(block, encoding="utf-8")
-    program = tmp_path / f"{page.stem}_blocks.py"
-    lines += ["assert 'r' not in vars() or r.status == 'completed'"]  # the response, where the page has one
-    program.write_text("\n".join(lines), encoding="utf-8")
-    paths = os.pathsep.join([str(tmp_path), *(path for path in sys.path if path)])
-    environment = {**os.environ, "MPLBACKEND": "Agg", "PYTHONPATH": paths}
-    if not os.environ.get("SUBSTEP_VERIFY") and page.stem not in COMPILED:
-        environment["NUMBA_DISABLE_JIT"] = "1"
-    command = [sys.executable, "-W", "error::DeprecationWarning:__main__", str(program)]
-    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    programs = []
+    for page in pages:
+        folder = tmp_path / page.stem
+        folder.mkdir()
+        lines: list[str] = []  # each line of the program has the number that it has in the page
+        for first, block in blocks(page, "python"):
+            lines += [""] * (first - 1 - len(lines)) + block.splitlines()
+            if named := re.match(r"# (\w+\.py)\b", block):
+                (folder / named[1]).write_text(block, encoding="utf-8")
+        lines += ["assert 'r' not in vars() or r.status == 'completed'"]  # the response, where the page has one
+        programs.append((str(folder), f"{page.stem}_blocks.py"))
+        Path(*programs[-1]).write_text("\n".join(lines), encoding="utf-8")
+    compiled = os.environ.get("SUBSTEP_VERIFY") or pages[0].stem in COMPILED
+    plain = {} if compiled else {"NUMBA_DISABLE_JIT": "1"}
+    run_apart(PROGRAMS, json.dumps(programs), folder=tmp_path, MPLBACKEND="Agg", **plain)
 
 
 def test_the_front_page_has_a_picture_ten_lines_and_four_questions() -> None:
@@ -152,15 +187,6 @@ def test_commands_are_taken_by_the_command_line(page: Path, tmp_path: Path, monk
         assert name in taken, line
         context = taken[name].make_context(name, arguments)
         assert exact_options(context.args).keys() <= known, line
-
-
-def run_apart(program: str, *arguments: str, folder: Path, **more: str) -> subprocess.CompletedProcess[str]:
-    """A program of Python run in a folder of its own, with `more` in its environment."""
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), **more}
-    command = [sys.executable, "-c", program, *arguments]
-    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return done
 
 
 def files_that_pages_name(folder: Path) -> None:
