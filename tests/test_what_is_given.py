@@ -75,3 +75,20 @@ def test_parameters_of_a_law_that_change_later_are_those_that_were_given() -> No
     law = ss.law("bilinear", k=10.0, q_y=strengths)
     strengths *= 5.0
     assert np.allclose(law.evaluate([1.0, 1.0]).force, [1.0, 2.0], rtol=1e-14, atol=0.0)
+
+
+OSCILLATORS = {
+    "linear": ss.scene("linear_oscillator", omega=2.0, u0=1.0),
+    "with a law": ss.scene("hysteretic_oscillator", law="bilinear", omega=2.0, v0=1.0, strength=1.0),
+    "structure": ss.structure([[1.0]], [[4.0]], u0=1.0),
+    "modes": ss.structure([[1.0]], [[4.0]], u0=1.0).modes(1),
+}
+
+
+@pytest.mark.parametrize("name", OSCILLATORS)
+def test_a_run_goes_on_from_where_it_stood_whatever_becomes_of_its_histories(name: str) -> None:
+    """As of a history that was turned into another unit in its place."""
+    first, same = (ss.march(OSCILLATORS[name], "bathe", dt=0.1, t_end=1.0) for _ in range(2))
+    first.u[...] *= 1000.0
+    then, expected = (ss.march(OSCILLATORS[name], "bathe", dt=0.05, t_end=2.0, start=r).u for r in (first, same))
+    assert np.array_equal(then, expected)

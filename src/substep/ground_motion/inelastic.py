@@ -70,7 +70,7 @@ def inelastic_spectrum(
     Returns a Dataset over what is constant, if that is a row, and period: A_y, m/s^2, a pseudo-acceleration, of
     ductility 1 that of `response_spectrum`; displacement, the largest |u|, m; ductility_demand, that over the yield
     displacement A_y/omega^2; R_y; hysteretic_energy, lost by yielding, J/kg; yield_excursions, how often it began to
-    yield; all of them at the record's samples. residual_displacement, m, with its sign: where the oscillator comes to
+    yield; all of them at the ends of steps. residual_displacement, m, with its sign: where the oscillator comes to
     rest, after a free vibration that may yield once more; NaN where that takes more than 256 periods; left out with
     "clough", which is not elastic about any displacement.
     errors: also displacement_error, which the ductility has too, and hysteretic_energy_error, relative, and

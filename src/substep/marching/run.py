@@ -302,7 +302,8 @@ def _response(
     failed = None if status == "completed" else steps.time(n_done + 1)
     own_a = rows[:, 2] if rows.shape[1] > 2 else None
     remembered = {} if memory is None else dict(zip(scene.info.memory, memory[-1].tolist(), strict=True))
-    last = partial(_stands, scheme, steps, (len(rows) - 1) * steps.stride, n_done, rows[-1], known, remembered)
+    at_end, row = (len(rows) - 1) * steps.stride, rows[-1].copy()  # whatever becomes of histories in a user's hands
+    last = partial(_stands, scheme, steps, at_end, n_done, row, known, remembered)
     return Response(
         rows[:, 0], rows[:, 1], iterations, status, failed, scene, scheme, steps.stride * steps.dt, own_a,
         steps.times(len(rows)), started=started, last=last, growth=growth, memories=memory,
@@ -319,7 +320,7 @@ def _stands(
     memory: Mapping[str, float],
 ) -> State:
     """The state in the last row, after at_end of the n_done steps."""
-    u, v, *a = row.copy()
+    u, v, *a = row
     here = replace(steps.state(at_end, u, v, a[0] if a else None), memory=memory)
     if known is None or at_end != n_done:
         return here
