@@ -113,3 +113,19 @@ def test_a_law_over_an_elongation_with_branches(elongation: Any) -> None:
     for scheme in ("average_acceleration", "rk4"):
         found = ss.march(scene, scheme, dt=0.005, t_end=2.0)
         assert np.abs(np.append(found.u[-1], found.v[-1]) - exact).max() < 1e-3
+
+
+@pytest.mark.usefixtures("uncompiled")
+def test_scenes_that_differ_in_the_order_of_their_coordinates_are_two() -> None:
+    """The equations of one were taken for the other, so that masses were exchanged; laws remember in order too."""
+    plane = {**PLANE, "kinetic": (v**2 + 2 * rate(y) ** 2) / 2, "potential": 2 * x**2 + 3 * y**4 + x * y}
+    one, other = (Scene("ordered", **{**plane, "coordinates": dict.fromkeys(order, "m")}) for order in ((x, y), (y, x)))
+    assert one != other
+    assert one == Scene("ordered", **plane)
+    for scheme in ("average_acceleration", "rk4"):
+        a, b = (ss.march(ss.scene(scene), scheme, dt=0.05, t_end=0.5) for scene in (one, other))
+        np.testing.assert_allclose(a.u, b.u[:, ::-1], rtol=0.0, atol=1e-12)
+        np.testing.assert_allclose(a.energy, b.energy, rtol=0.0, atol=1e-12)
+    p, q = Symbol("p"), Symbol("q")
+    first, second = (Law("kept", (), e - p, dict.fromkeys(m, 0), {p: e, q: p}) for m in ((p, q), (q, p)))
+    assert first != second

@@ -1,6 +1,7 @@
 """What a user has given as an expression, one that has a finite value everywhere, and as a mapping: or refused."""
 
 from collections.abc import Mapping
+from dataclasses import fields
 from typing import Any, cast
 
 import sympy
@@ -50,6 +51,17 @@ def require_mapping(owner: str, what: str, given: Any, kind: type, of: str = "ex
         raise DeclarationError(
             f"{owner}: expected {what} as a mapping from {names} to {of}, got {wrong[0]!r}; write {example}"
         )
+
+
+def alike(one: Any, other: Any) -> bool:
+    """Whether two declarations are the same: all fields are equal, and what their mappings name stands in one order.
+
+    The order of coordinates, of constraints and of what a law remembers is that of the numbers that a run returns.
+    """
+    if type(one) is not type(other):
+        return False
+    pairs = [(getattr(one, field.name), getattr(other, field.name)) for field in fields(one)]
+    return all(a == b and (not isinstance(a, Mapping) or [*a] == [*b]) for a, b in pairs)
 
 
 def require_known(owner: str, what: str, expression: Expr, allowed: set[Symbol]) -> None:

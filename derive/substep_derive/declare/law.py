@@ -12,7 +12,7 @@ from sympy import Expr, S, Symbol
 
 from .branches import by_branch
 from .errors import DeclarationError
-from .expressions import expression, require_known, require_mapping
+from .expressions import alike, expression, require_known, require_mapping
 from .names import check_law
 from .parameter import Parameter, require_parameters
 from .symbols import rate
@@ -82,6 +82,9 @@ class Law:
                 f"{self.name}: expected no account of what a force of the rate dissipates, got {self.dissipated}; "
                 "leave dissipated out"
             )
+
+    def __eq__(self, other: object) -> bool:
+        return alike(self, other)
 
     def __hash__(self) -> int:
         return hash((self.name, self.force, self.parameters))

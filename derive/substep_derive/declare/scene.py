@@ -12,7 +12,7 @@ from sympy import Expr, Interval, S, Symbol, sympify
 
 from .branches import by_branch
 from .errors import DeclarationError
-from .expressions import expression
+from .expressions import alike, expression
 from .law import Element
 from .names import printed
 from .parameter import POSITIVE, Parameter
@@ -112,6 +112,9 @@ class Scene:
         }
         for name, value in made.items():
             object.__setattr__(self, name, value)
+
+    def __eq__(self, other: object) -> bool:
+        return alike(self, other)
 
     def __hash__(self) -> int:
         return hash((self.name, self.kinetic, self.potential, self.parameters))
