@@ -245,14 +245,15 @@ def _block(lane0, lane1, h, EA_, L_, m_, tolerance, state, bound, first, n, stri
     Every column of the rows is marched: behind the last lane, and where a lane has left, stand copies of others.
     """
     widest()
-    rows = np.zeros((57, WIDTH + 16))
+    rows = np.empty((57, WIDTH + 16))
     begin = -(rows.ctypes.data // 8) & 7  # at a cache line
     end = begin + 8 * ((lane1 - lane0 + 7) // 8)
     place = begin - lane0  # a lane stands in column place + lane
-    of_lane = np.zeros(WIDTH + 16, dtype=np.int64)  # whose numbers a column has
-    runs = np.zeros(WIDTH + 16, dtype=np.bool_)  # whether they are its own lane's
+    of_lane = np.empty(WIDTH + 16, dtype=np.int64)  # whose numbers a column has
+    runs = np.empty(WIDTH + 16, dtype=np.bool_)  # whether they are its own lane's
     # Newton's iterations of steps in which all lanes took the same number: their sum, and the most
-    common = np.zeros((2, 2), dtype=np.int64)
+    common = np.empty((2, 2), dtype=np.int64)
+    common[:] = 0
     u_0_x = rows[0]
     u_0_y = rows[1]
     v_0_x = rows[2]
@@ -321,6 +322,11 @@ def _block(lane0, lane1, h, EA_, L_, m_, tolerance, state, bound, first, n, stri
         a_0_x[j] = state[lane, 2, 0]
         a_0_y[j] = state[lane, 2, 1]
         peak_row[j] = -np.inf
+        leaves[j] = 0.0
+        sum_0[j] = 0.0
+        most_0[j] = 0.0
+        sum_1[j] = 0.0
+        most_1[j] = 0.0
         for number in range(extremes.shape[1]):
             rows[51 + number, j] = extremes[lane, number]
     for j in range(begin, end):
@@ -346,7 +352,7 @@ def _block(lane0, lane1, h, EA_, L_, m_, tolerance, state, bound, first, n, stri
     i, ends, left = first, first, 0
     while True:
         if i == ends or left > 0:
-            ends = n[lane0:lane1].max()
+            ends = 1 << 62  # farther than any lane goes
             for j in range(begin, end):
                 if n[of_lane[j]] > i:
                     ends = min(ends, n[of_lane[j]])
