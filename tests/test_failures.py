@@ -258,11 +258,11 @@ def test_battery(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(failures, "CASES", table.CASES[1:2])
     monkeypatch.setattr(failures, "ITEMS", (maps.trapezoidal_rule,))
     monkeypatch.setattr(failures, "MAPS", maps.MAPS[:1])
-    monkeypatch.setattr(failures, "BARS", (("impulse", 2.0),))
+    monkeypatch.setattr(failures, "BARS", (("impulse", 2.0, 0.0), ("impulse", 2.0, 10.0)))
     monkeypatch.setattr(failures, "QUICK_POINTS", 10)
     calls: list[list[failures.Row] | list[failures.BarRow]] = []
     rows = failures.battery(tmp_path, calls.append)
-    assert len(calls) == failures.count() == 4
+    assert len(calls) == failures.count() == 5
     assert [row for part in calls for row in part if isinstance(row, failures.Row)] == rows
     assert {row.scheme for row in calls[1]} == set(outcomes.QUICK)
     assert {row.scheme for row in rows} == set(outcomes.QUICK)
@@ -270,6 +270,7 @@ def test_battery(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("failures", "map_newmark_bdf2_gamma_t", "trapezoidal_rule", "contact_map"):
         for kind in ("png", "svg", "csv"):
             assert (tmp_path / f"{name}.{kind}").stat().st_size > 0
+    assert (tmp_path / "contact_map_under_gravity.png").stat().st_size > 0
     lines = (tmp_path / "failures.csv").read_text().splitlines()
     assert lines[0] == "scheme,scene,h,word,t,max_ratio"
     assert len(lines) == 1 + len(rows)

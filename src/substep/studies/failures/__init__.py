@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from .contact import bounce
-from .impact_bar import COURANT, LAWS, BarRow
+from .impact_bar import COURANT, GRAVITY, LAWS, BarRow
 from .impact_bar import rows_of as bar_rows
 from .impact_map import contact_map, summary
 from .linear import alternating_steps, limits_crossed, overshoot
@@ -29,7 +29,7 @@ ITEMS: tuple[Callable[[Path, bool], Any], ...] = (
     round_off,
     separatrix,
 )
-BARS = tuple(product(LAWS, COURANT))
+BARS = tuple(product(LAWS, COURANT, GRAVITY))
 QUICK_POINTS, FULL_POINTS = 100, 500  # along each side of a map
 
 

@@ -27,12 +27,13 @@ def worst(rows: Sequence[BarRow]) -> float:
 
 
 def by_gain(rows: Sequence[BarRow]) -> list[str]:
-    """The schemes, those first whose largest gain is least; those that gain nothing in their order."""
+    """The schemes, those first whose largest gain is least; those that gain nothing in their order, idle ones last."""
     found: dict[str, list[BarRow]] = {}
     for row in rows:
         found.setdefault(row.scheme, []).append(row)
+    ran = {name: any(row.failed is not None for row in own) for name, own in found.items()}
     gains = {name: worst(own) if any(row.share for row in own) else 0.0 for name, own in found.items()}
-    return sorted(found, key=lambda name: gains[name])
+    return sorted(found, key=lambda name: (not ran[name], gains[name]))
 
 
 def percent(row: BarRow) -> str:
@@ -61,7 +62,11 @@ def summary(rows: Sequence[BarRow]) -> str:
         names = ", ".join(pair.scheme for pair in best)
         of = f"the pressure scatters by {100 * best[0].scatter:.2g} %, and {100 * best[0].loss:.2g} % is lost"
         said.append(f"{names} with {law} ({of})")
-    size = f"{rows[0].elements} elements, {rows[0].phases} phases, Courant numbers {', '.join(map(str, COURANT))}"
+    sizes = dict.fromkeys(
+        (f"{row.elements} elements" + " under gravity" * (row.gravity > 0), row.phases) for row in rows
+    )
+    elements = " and ".join(text for text, _ in sizes)
+    size = f"{elements}, {rows[0].phases} phases, Courant numbers {', '.join(map(str, COURANT))}"
     return f"never gain energy ({size}), with the least error of each law: {'; '.join(said) or 'none'}."
 
 
@@ -90,12 +95,18 @@ def table(rows: Sequence[BarRow]) -> list[str]:
     return [*head, *(f"| {names} | {cells} |" for cells, names in same)]
 
 
-@styled
 def contact_map(folder: Path, rows: Sequence[BarRow]) -> None:
-    """The rows as CSV, and the worst gains as a map of schemes over laws and Courant numbers."""
+    """The rows as CSV, and the worst gains as maps of schemes over laws and Courant numbers, one for each gravity."""
     write_rows(folder / "contact_map.csv", rows)
+    for gravity in dict.fromkeys(row.gravity for row in rows):
+        name = "contact_map_under_gravity" if gravity else "contact_map"
+        _draw(folder / name, [row for row in rows if row.gravity == gravity])
+
+
+@styled
+def _draw(path: Path, rows: Sequence[BarRow]) -> None:
     names, columns = by_gain(rows), [(law, number) for law in LAWS for number in COURANT]
-    figure = Figure(figsize=(11, 2.6 + 0.22 * len(names)))
+    figure = Figure(figsize=(15, 2.6 + 0.22 * len(names)))
     axes = figure.subplots()
     axes.grid(visible=False)
     for row in rows:
@@ -126,15 +137,18 @@ def contact_map(folder: Path, rows: Sequence[BarRow]) -> None:
             Patch(facecolor=NEVER, edgecolor="0.75", label="never gains"),
             Patch(facecolor=FAILED, label="runs failed"),
             Patch(facecolor="white", edgecolor="0.75", hatch="///", label="law not taken"),
-            Patch(facecolor="white", edgecolor="0.75", hatch="xxx", label="unstable without a floor"),
+            Patch(facecolor="white", edgecolor="0.75", hatch="xxx", label="unstable steps"),
         ],
         loc="outside lower center", ncols=4,
     )  # fmt: skip
+    how = "from rest, under gravity, and bounces twice" if rows[0].gravity else "with the velocity 10"
     save(
-        figure, folder / "contact_map", SECTION,
-        f"""A bar of {rows[0].elements} elements falls on a floor (Doyen, Ern & Piperno 2011): by how much its energy
-        exceeds that at the start, at any time and the worst of {rows[0].phases} phases of the impact in the step, in %.
-        Impulse: a contact acts in its own step alone, as `Contact(gap)`; remembered: its acceleration is kept;
-        restitution 0: the velocity is held; massless node: the mass of the node is moved to others, and what is
-        remembered is what stiffness balances. Of all schemes {summary(rows)}""",
+        figure, path, SECTION,
+        f"""A bar of {rows[0].elements} elements falls on a floor {how} (Doyen, Ern & Piperno 2011): by how much its
+        energy exceeds that at the start, at any time and the worst of {rows[0].phases} phases of the impact in the
+        step, in %. Impulse: a contact acts in its own step alone, as `Contact(gap)`; remembered: its acceleration is
+        kept; restitution 0 and 1: the velocity is held, or turned round; massless node: the mass of the node is moved
+        to others, and what is remembered is what stiffness balances; penalty: the floor is a spring with the stiffness
+        of an element.
+        Of all schemes {summary(rows)}""",
     )  # fmt: skip
