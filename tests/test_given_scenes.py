@@ -226,3 +226,11 @@ def test_a_force_that_jumps_is_named_where_a_step_has_no_solution() -> None:
         parameters=(), start={x: 1, v: 0}, length=1,
     )  # fmt: skip
     assert not ss.scene(smooth).info.jumps
+
+
+def test_a_negative_length_is_refused() -> None:
+    """No iteration would end by it: a start of -1 m as a length needs its modulus."""
+    given = GIVEN | {"parameters": (optional(k, -1, Interval(-oo, oo)),), "start": {x: k, v: 0}}
+    with pytest.raises(ValueError, match=r"expected a length of given of 0 or more, .* got -1.0; .* as Abs of it"):
+        ss.scene(Scene(**given | {"length": k}))
+    assert ss.scene(Scene(**given | {"length": Abs(k)})).length == 1.0

@@ -365,6 +365,11 @@ def make_scene(
     assert u0 is not None
     assert v0 is not None
     draft = Scene(info, MappingProxyType(dict(values)), u0, v0, u0, load, a0)
+    if not (np.isfinite(draft.length) & (np.asarray(draft.length) >= 0.0)).all():
+        raise ValueError(
+            f"expected a length of {info.name} of 0 or more, to which tolerances are relative, got {draft.length}; "
+            "declare one that is not negative, as Abs of it, or give other parameters"
+        )
     if info.reactions:
         for where in np.ndindex(lanes):
             one = Scene(info, {name: x[where] if np.ndim(x) else x for name, x in values.items()}, u0, v0, u0, load)
