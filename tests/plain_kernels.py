@@ -7,7 +7,7 @@ from types import ModuleType
 from typing import Any
 
 from declared import BY_NAME
-from substep_derive.declare.scenes import ALL, constrained, impact, lagrange, mechanisms
+from substep_derive.declare.scenes import constrained, declared, impact, lagrange, mechanisms
 from substep_derive.motion.equations import EquationsOfMotion
 from substep_derive.package import COMMITTED
 
@@ -18,8 +18,8 @@ from substep.derived.modules import adaptive_pair, uncommitted_pair
 GENERATED = Path(__file__).parents[1] / "generated" / "substep_kernels"
 # those of Lagrange's equations in full and of constraints have tests of their own, which step every scheme on them
 OTHERS = (*lagrange.ALL, *constrained.ALL, *mechanisms.ALL, *impact.ALL)
-SCENE_BY_NAME = {scene.name: scene for scene in ALL if not scene.laws and scene not in OTHERS}
-WITH_LAWS = {scene.name: scene for scene in ALL if scene.laws}  # tests of laws step every scheme on them
+SCENE_BY_NAME = {scene.name: scene for scene in declared() if not scene.laws and scene not in OTHERS}
+WITH_LAWS = {scene.name: scene for scene in declared() if scene.laws}  # tests of laws step every scheme on them
 
 
 @cache

@@ -16,8 +16,7 @@ from plain_kernels import kinds
 from substep_derive import __main__ as command
 from substep_derive import written
 from substep_derive.__main__ import GENERATED
-from substep_derive.declare.laws import ALL as LAWS
-from substep_derive.declare.scenes import ALL as SCENES
+from substep_derive.declare import laws, scenes
 from substep_derive.declare.schemes import ALL
 from substep_derive.emit import stamp
 from substep_derive.emit.operations import function_costs
@@ -71,10 +70,10 @@ def tampered(tmp_path: Path) -> Path:
 # prints the digests of the files that schemes have of their own, of the schemes named
 PART = """
 import hashlib, sys
-from substep_derive.declare.scenes import ALL
+from substep_derive.declare.scenes import declared
 from substep_derive.declare.catalogue import find
 from substep_derive.package import package
-for name, text in package([find(name) for name in sys.argv[1:]], ALL).items():
+for name, text in package([find(name) for name in sys.argv[1:]], declared()).items():
     if name.partition("/")[0] in ("schemes", "plans", "scenes", "shared", "pairs"):
         print(name, hashlib.sha256(text.encode()).hexdigest())
 """
@@ -165,7 +164,7 @@ def test_deriving_writes_what_differs_and_removes_what_is_stale(
     before = changed()
     monkeypatch.setattr(sys, "argv", ["substep_derive", "--folder", str(tampered)])
     assert command.main() == 0
-    assert written.differences(tampered, command.package(ALL, SCENES)) == []
+    assert written.differences(tampered, command.package(ALL, scenes.declared())) == []
     after = changed()
     rewritten = {name for name in after if after[name] != before.get(name)}
     assert rewritten == {"schemes/bathe.py", "schemes/newmark.py", "operations.md"}
@@ -244,9 +243,11 @@ def test_the_stamp_depends_on_the_generator_and_on_sympy_but_not_on_the_machine(
 def test_every_scheme_has_its_module_and_nothing_else_is_there() -> None:
     own = OWN_MODULES
     modules = {f"{folder}/{name}" for folder in ("schemes", "plans") for name in own} | {"plans/central_difference"}
-    modules |= {f"scenes/{scene.name}" for scene in SCENES if scene not in ON_FIRST_USE} | {"marches/linear_filter"}
+    modules |= {f"scenes/{scene.name}" for scene in scenes.declared() if scene not in ON_FIRST_USE} | {
+        "marches/linear_filter"
+    }
     modules |= {f"marches/{ss.scheme(name).kernels.MARCH}" for name in own}
-    modules |= {f"laws/{law.name}" for law in LAWS}
+    modules |= {f"laws/{law.name}" for law in laws.declared()}
     modules |= {f"shared/{ss.scheme(name).kernels.EIGENVALUES}" for name in own}
     modules |= {
         f"shared/{name}"

@@ -8,7 +8,7 @@ from scipy.linalg import null_space
 from substep_derive import Scene, optional, rate
 from substep_derive.declare.catalogue import find_law
 from substep_derive.declare.law import Element
-from substep_derive.declare.scenes import ALL
+from substep_derive.declare.scenes import declared
 from substep_derive.motion.equations import EquationsOfMotion
 from sympy import Expr, Matrix, Rational, Symbol, cos, lambdify, sqrt, symbols
 
@@ -87,7 +87,9 @@ def count(motion: EquationsOfMotion) -> int:
     return null_space(np.array(rows), rcond=1e-9).shape[1]
 
 
-@pytest.mark.parametrize("scene", [s for s in ALL if not any(EquationsOfMotion(s).held.of_rates)], ids=lambda s: s.name)
+@pytest.mark.parametrize(
+    "scene", [s for s in declared() if not any(EquationsOfMotion(s).held.of_rates)], ids=lambda s: s.name
+)
 def test_a_scene_has_as_many_as_it_has_symmetries(scene: Scene) -> None:
     motion = EquationsOfMotion(scene)
     assert len(motion.momenta) == count(motion)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import simpson
 from substep_derive import Scene, optional, rate, t
-from substep_derive.declare.scenes import ALL
+from substep_derive.declare.scenes import declared
 from sympy import Abs, Rational, Symbol, cos, lambdify, sin
 
 import substep as ss
@@ -111,7 +111,7 @@ DRIVEN = Scene(
     load={x: sin(3 * t), theta: t / 4}, parameters=(optional(wind, Rational(3, 2)), optional(motor, 2)),
     start={x: 0, theta: 1, rate(x): 0, rate(theta): 0}, length=1, outputs={"drag": -Abs(rate(x)) ** 3},
 )  # fmt: skip
-DECLARED = {s.name: s for s in (*ALL, DRIVEN)}
+DECLARED = {s.name: s for s in (*declared(), DRIVEN)}
 
 
 def declared_powers(r: Any) -> dict[str, np.ndarray]:

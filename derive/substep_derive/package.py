@@ -3,9 +3,9 @@
 from collections.abc import Iterable
 
 from .constrained.explicit import explicit
+from .declare import laws
 from .declare import schemes as catalogue
 from .declare.errors import DeclarationError
-from .declare.laws import ALL as LAWS
 from .declare.scene import Scene
 from .declare.scenes import constrained, impact, lagrange, mechanisms
 from .declare.scheme import Scheme
@@ -66,8 +66,8 @@ def package(schemes: Iterable[Scheme], scenes: Iterable[Scene]) -> dict[str, str
         "estimators": estimators_module(estimates(k.scheme for k in kernels.values())),
         **{f"schemes/{k.scheme.name}": _scheme(k) for k in own},
         **{f"plans/{k.scheme.name}": _plan(k.scheme) for k in kept if k in own or explicit(Step.of(k.scheme))},
-        "law_index": laws_index(LAWS),
-        **{f"laws/{law.name}": law_module(law) for law in LAWS},
+        "law_index": laws_index(laws.declared()),
+        **{f"laws/{law.name}": law_module(law) for law in laws.declared()},
         **{
             f"scenes/{name}": scene_module(motion)
             for name, motion in motions.items()

@@ -1,4 +1,4 @@
-"""Declarations of laws, one kind a file; ALL holds them in the order in which they are listed."""
+"""Declarations of laws, one kind a file, in the order in which they are listed."""
 
 from collections.abc import Iterator
 
@@ -11,9 +11,3 @@ MODULES = ("elastic", "plastic", "smooth", "viscous")
 def declared() -> Iterator[Law]:
     """Every law in the catalogue's order."""
     return in_turn(__name__, MODULES)
-
-
-def __getattr__(name: str) -> tuple[Law, ...]:
-    if name != "ALL":
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    return tuple(declared())

@@ -1,4 +1,4 @@
-"""Declarations of scenes, one system a file; ALL holds them in the order in which they are listed."""
+"""Declarations of scenes, one system a file, in the order in which they are listed."""
 
 from collections.abc import Iterator
 
@@ -21,9 +21,3 @@ MODULES = (
 def declared() -> Iterator[Scene]:
     """Every scene in the catalogue's order."""
     return in_turn(__name__, MODULES)
-
-
-def __getattr__(name: str) -> tuple[Scene, ...]:
-    if name != "ALL":
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    return tuple(declared())

@@ -77,11 +77,6 @@ class Model:
         """Whether the free degrees of freedom are all there are: T is the identity."""
         return is_identity(self.T)
 
-    @property
-    def displaced(self) -> bool:
-        """Whether supports move by a displacement, with the forces of springs and dashpots that hold them."""
-        return len(self.loads) > self.given_loads + len(self.motions)
-
     @cached_property
     def damping(self) -> Matrix:
         """The damping matrix (n, n), also where it is Rayleigh's or there is none."""

@@ -55,7 +55,7 @@ def displaced(s: Model, displacement: Load, velocity: Load | None, dofs: Iterabl
 
 def require_still_supports(s: Model) -> None:
     """Raises ValueError where supports move by a displacement, whose load has the forces of the dashpots there are."""
-    if s.displaced:
+    if len(s.loads) > s.given_loads + len(s.motions):
         raise ValueError(
             "expected the damping before supports move by a displacement, whose load has the forces of dashpots, got "
             "another one after it; give each damping as C of a structure, and then support_motion"
