@@ -9,7 +9,7 @@ import numpy as np
 from oracle import entry, sample_parameters
 from substep_derive import Derivation, Scheme, derive
 from substep_derive.declare.parameter import Root
-from substep_derive.declare.schemes import ALL
+from substep_derive.declare.schemes import declared
 from substep_derive.declare.symbols import K0, C, M, N, N_discrete, knot, knot_of
 from substep_derive.package import SCHEMES_ON_FIRST_USE
 from substep_kernels.index import SCHEMES as INDEX
@@ -56,6 +56,7 @@ def mixes_otherwise(scheme: Scheme) -> bool:
     return False
 
 
+ALL = tuple(declared())
 BY_NAME = {scheme.name: scheme for scheme in ALL}
 NAMES = tuple(BY_NAME)
 OWN = {name: s for name, s in BY_NAME.items() if s.parent is None}  # schemes with a module of their own

@@ -1,8 +1,8 @@
 """Parameters that another given one decides: rho_inf of schemes whose gamma alone makes the step."""
 
 import pytest
+from declared import ALL
 from substep_derive import DeclarationError, Parameter, Root, certify, derive, tableau
-from substep_derive.declare.schemes import ALL
 from sympy import Interval, Rational, Symbol
 
 import substep as ss

@@ -8,10 +8,10 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
+from declared import ALL
 from declared_steps import constants
 from dense_steps import march
 from substep_derive import derive
-from substep_derive.declare.schemes import ALL
 from substep_derive.declare.symbols import Omega, beta, gamma, lam, xi
 from substep_derive.oscillator.amplification import in_lambda
 from substep_derive.oscillator.energy import Energy, NoEnergy, spurious

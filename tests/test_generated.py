@@ -10,14 +10,13 @@ from pathlib import Path
 
 import plain_kernels
 import pytest
-from declared import BY_NAME
+from declared import ALL, BY_NAME
 from declared import COMMITTED as OWN_MODULES
 from plain_kernels import kinds
 from substep_derive import __main__ as command
 from substep_derive import written
 from substep_derive.__main__ import GENERATED
 from substep_derive.declare import laws, scenes
-from substep_derive.declare.schemes import ALL
 from substep_derive.emit import stamp
 from substep_derive.emit.operations import function_costs
 from substep_derive.emit.printing import fill

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from substep_derive.declare.schemes import ALL
+from declared import ALL
 from typer.testing import CliRunner
 
 import substep as ss
@@ -282,7 +282,7 @@ def branches(source: str) -> list[str]:
             found.append(f"line {node.lineno}: names the scheme {node.value}")
         elif isinstance(node, ast.ImportFrom) and node.module:
             imported = {alias.name for alias in node.names}
-            one = imported - {"ALL"} if "declare.schemes" in node.module else imported & PARAMETERS
+            one = imported - {"declared"} if "declare.schemes" in node.module else imported & PARAMETERS
             if one and ("declare.schemes" in node.module or node.module.endswith("symbols")):
                 found.append(f"line {node.lineno}: imports {', '.join(sorted(one))}")
         elif isinstance(node, ast.Compare):
@@ -336,7 +336,7 @@ def test_a_branch_for_one_scheme_is_seen(broken: str) -> None:
     [
         'raise ValueError(f"{scheme.name} is not consistent")',
         '"""Bathe\'s scheme, bathe, is one of them."""',
-        "from ..declare.schemes import ALL",
+        "from ..declare.schemes import declared",
         "from ..declare.symbols import Omega, xi",
         "if scene.name == COMMITTED: pass",
         'p = Hurwitz("p", coefficients)',

@@ -20,7 +20,7 @@ from sympy import Expr, Interval, Poly, Rational, factor, oo, sqrt
 
 mp = mpmath.MPContext()
 mp.dps = 50
-BY_NAME = {scheme.name: scheme for scheme in schemes.ALL}
+BY_NAME = {scheme.name: scheme for scheme in schemes.declared()}
 newmark_bdf2 = BY_NAME["newmark_bdf2"]
 
 State = tuple[Any, ...]  # u, v, a as complex numbers

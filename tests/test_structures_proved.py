@@ -7,12 +7,12 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
+from declared import ALL
 from declared_steps import constants
 from structure_steps import Blocks, random_structures
 from substep_derive import Balance, DeclarationError, Energy, NoEnergy, Scheme, certify
 from substep_derive.declare.catalogue import find
 from substep_derive.declare.parameter_set import ParameterSet
-from substep_derive.declare.schemes import ALL
 from substep_derive.declare.symbols import K0, C, M, Omega, h, knot, xi
 from substep_derive.stability.structure_form import MultiStepForm, Rows
 from substep_derive.stability.structure_multiplier import Multiplier, pencil

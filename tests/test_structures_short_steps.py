@@ -5,8 +5,8 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
+from declared import ALL
 from dense_steps import march as dense_march
-from substep_derive.declare.schemes import ALL
 from substep_derive.declare.symbols import h, knot
 from sympy import Integer, Symbol
 

@@ -140,7 +140,8 @@ class Element:
         found = dict[Symbol, Expr]()
         for p in self.law.parameters:
             found[p.symbol] = self.values[p.name] if p.name in self.values else p.default.subs(found)
-        return of_law.xreplace({**found, **memory, e: self.elongation})  # subs takes seconds of Piecewise
+        # xreplace and not subs, which compares the branches of a Piecewise with each other and takes seconds
+        return of_law.xreplace({**found, **memory, e: self.elongation})
 
     def renamed(self, names: Mapping[Symbol, Expr]) -> "Element":
         """The same with other symbols of the scene."""

@@ -167,6 +167,11 @@ class EquationsOfMotion:
         return {**self.scene.invariants, **own}
 
     @cached_property
+    def potential_energy(self) -> Expr:
+        """The declared potential, in the coordinates."""
+        return tidy(self.scene.potential).subs(self.scene.invariants)
+
+    @cached_property
     def _whole_potential(self) -> Expr:
         """The potential, and minus the kinetic energy without rates, in the invariants."""
         return tidy(self.scene.potential) - self._split[1]
@@ -346,16 +351,16 @@ class EquationsOfMotion:
         Where neither holds time, that is the invariant of Lagrange's equations, T_2 - T_0 + V with T_k of degree k in
         the rates, which is T + V unless coordinates are relative to something that is moved.
         """
-        T, V = self.kinetic, tidy(self.scene.potential).subs(self.scene.invariants)
+        T = self.kinetic
         if not self.of_time:
             T -= self._split[0] + 2 * self._split[1]
         stored = (element.expression(element.law.stored, symbols) for element, symbols in self._laws)
-        return sum(stored, T + V)
+        return sum(stored, T + self.potential_energy)
 
     @property
     def of_time(self) -> bool:
         """Whether the kinetic energy or the potential holds the time, also in an invariant."""
-        return self.kinetic.has(t) or self.scene.potential.subs(self.scene.invariants).has(t)
+        return self.kinetic.has(t) or self.potential_energy.has(t)
 
     @property
     def conserves(self) -> bool:
@@ -369,8 +374,8 @@ class EquationsOfMotion:
         """Noether's, of what leaves energies, laws, constraints and contacts as they are; none with one of rates."""
         if any(self.held.of_rates):
             return []
-        L = self.kinetic - tidy(self.scene.potential).subs(self.scene.invariants)
-        return momenta(self.scene.coordinates, L, [*self.held.expressions, *(x for x, _ in self.elongations)])
+        others = [*self.held.expressions, *(x for x, _ in self.elongations)]
+        return momenta(self.scene.coordinates, self.kinetic - self.potential_energy, others)
 
     @property
     def angular_momentum(self) -> Expr | None:

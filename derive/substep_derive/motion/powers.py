@@ -2,7 +2,6 @@
 
 from sympy import Expr, Integer, sympify
 
-from ..declare.potentials import tidy
 from ..declare.symbols import t
 from .equations import EquationsOfMotion
 
@@ -16,7 +15,7 @@ def powers(motion: EquationsOfMotion) -> dict[str, Expr]:
     reported, T + V, is beyond that.
     """
     scene, v = motion.scene, motion.scene.rates
-    T, V = motion.kinetic, tidy(scene.potential).subs(scene.invariants)
+    T, V = motion.kinetic, motion.potential_energy
     at_rest = dict.fromkeys(v, Integer(0))
     linear = sum((T.diff(r).subs(at_rest) * r for r in v), Integer(0))
     pairs = list(zip(motion.coordinates, v, strict=True))

@@ -31,7 +31,7 @@ from sympy import (
 
 from ..declare.parameter import Root
 from ..declare.scheme import Scheme
-from ..declare.schemes import ALL
+from ..declare.schemes import declared
 from ..declare.symbols import Omega, lam, xi
 from ..oscillator.amplification import Amplification
 from ..stability.hurwitz import characteristic
@@ -276,9 +276,9 @@ def vanish(expressions: Sequence[Expr]) -> bool:
 
 
 def equivalences(
-    schemes: Sequence[Scheme] = ALL, *, steps: Sequence[int] = (1, 2), largest: int = 2500
+    schemes: Iterable[Scheme] | None = None, *, steps: Sequence[int] = (1, 2), largest: int = 2500
 ) -> Iterator[Equivalence]:
-    """All pairs found among the schemes, each when it is found.
+    """All pairs found among the schemes, those of the catalogue unless others are given; each when it is found.
 
     Raises DeclarationError for a scheme whose equations are dependent.
     A family's parameters are solved for as functions of another one's, or, for two of one parameter each, both at
@@ -286,7 +286,7 @@ def equivalences(
     eigenvalues. Pairs with more than `largest` products of terms are left out; with 10**9 it takes minutes.
     """
     distinct: list[Subject] = []
-    for scheme in schemes:
+    for scheme in declared() if schemes is None else schemes:
         subject = Subject.of(scheme)
         alike = (s for s in distinct if s.symbols == subject.symbols and s.polynomial == subject.polynomial)
         twin = next((s for s in alike if same_matrix(s, subject, {}, {})), None)

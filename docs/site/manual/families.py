@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from matplotlib.figure import Figure
-from substep_derive.declare.schemes import ALL
+from substep_derive.declare.schemes import declared
 from substep_derive.study.equivalence import MATRIX, SPECTRUM, Equivalence, equivalences
 from sympy import Expr
 
@@ -13,7 +13,7 @@ from substep.core.style import COLOURS, styled
 from .markdown import code, plain, table
 
 FIGURE = "families.svg"
-PARAMETERS = {scheme.name: len(scheme.parameters) for scheme in ALL}
+PARAMETERS = {scheme.name: len(scheme.parameters) for scheme in declared()}
 STYLES = {MATRIX: "-", SPECTRUM: "--"}
 
 

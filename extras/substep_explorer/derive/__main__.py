@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 
 from substep_derive.declare.catalogue import find_scene
-from substep_derive.declare.schemes import ALL
+from substep_derive.declare.schemes import declared
 from substep_derive.emit.stamp import stamped
 from substep_derive.motion.equations import EquationsOfMotion
 from substep_derive.written import write
@@ -21,7 +21,7 @@ EXPLORED = ("linear_oscillator", "simple_pendulum", "elastic_pendulum")  # scene
 def package() -> dict[str, str]:
     """Path -> text of the file and of its stamp."""
     explored = (EquationsOfMotion(find_scene(name)) for name in EXPLORED)
-    return stamped({"explorer.js": explorer_module(ALL, explored)}, *SOURCES)
+    return stamped({"explorer.js": explorer_module(declared(), explored)}, *SOURCES)
 
 
 if __name__ == "__main__":

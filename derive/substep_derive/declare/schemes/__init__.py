@@ -18,9 +18,3 @@ EXAMPLES = ("newmark_bdf2", "bathe")  # whose kernels on the elastic pendulum ar
 def declared(modules: Sequence[str] = MODULES) -> Iterator[Scheme]:
     """Every scheme in the catalogue's order."""
     return in_turn(__name__, modules)
-
-
-def __getattr__(name: str) -> tuple[Scheme, ...]:
-    if name != "ALL":
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    return tuple(declared())
