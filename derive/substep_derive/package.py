@@ -105,8 +105,8 @@ def _shared(kernels: Iterable[SchemeKernels]) -> dict[str, str]:
 
 
 def _scheme(kernels: SchemeKernels) -> str:
-    return scheme_module(kernels, f"the declaration of {kernels.scheme.name} in substep_derive.schemes")
+    return scheme_module(kernels, f"the declaration of {kernels.scheme.name} in substep_derive.declare.schemes")
 
 
 def _plan(scheme: Scheme) -> str:
-    return plan_module(scheme, f"the declaration of {scheme.name} in substep_derive.schemes")
+    return plan_module(scheme, f"the declaration of {scheme.name} in substep_derive.declare.schemes")

@@ -25,7 +25,7 @@ def index_module(schemes: Iterable[tuple[Scheme, int]]) -> str:
         lines += [f'    "{scheme.name}": {{', *(f"        {line}" for line in described), "    },"]
     body = "\n".join([*lines, "}"])
     text = fill(INDEX, imports=numpy_for(body), schemes=body)
-    return with_banner("substep_derive.schemes", text)
+    return with_banner("substep_derive.declare.schemes", text)
 
 
 def index_entry(scheme: Scheme, loads: int, *, own: bool = False) -> list[str]:

@@ -61,7 +61,9 @@ def law_module(law: Law) -> str:
         memory=literal_tuple(f'"{s}"' for s in keeps),
         of_rate=law.of_rate,
     )
-    banner = fill(BANNER, source=f"the declaration of {law.name} in substep_derive.laws", digest=law_digest(law))
+    banner = fill(
+        BANNER, source=f"the declaration of {law.name} in substep_derive.declare.laws", digest=law_digest(law)
+    )
     return "".join([banner, header, CALLED, INNER, *law_functions(text, "@_inner\n"), text])
 
 
@@ -89,4 +91,4 @@ def _equations(law: Law) -> str:
 
 def laws_index(laws: Iterable[Law]) -> str:
     """Text of generated/substep_kernels/law_index.py."""
-    return with_banner("substep_derive.laws", fill(LAWS, laws=literal_tuple(f'"{law.name}"' for law in laws)))
+    return with_banner("substep_derive.declare.laws", fill(LAWS, laws=literal_tuple(f'"{law.name}"' for law in laws)))

@@ -88,7 +88,7 @@ def scene_module(motion: EquationsOfMotion) -> str:
         [
             fill(
                 BANNER,
-                source=f"the declaration of {scene.name} in substep_derive.scenes",
+                source=f"the declaration of {scene.name} in substep_derive.declare.scenes",
                 digest=scene_digest(scene),
             ),
             fill(
@@ -151,7 +151,7 @@ def scenes_index(motions: Iterable[EquationsOfMotion]) -> str:
     """Text of generated/substep_kernels/scene_index.py."""
     body = ["{", *(f'    "{m.scene.name}": {scene_entry(m)},' for m in motions), "}"]
     text = fill(SCENES, imports=numpy_for("\n".join(body)), scenes="\n".join(body))
-    return with_banner("substep_derive.scenes", text)
+    return with_banner("substep_derive.declare.scenes", text)
 
 
 def scene_entry(motion: EquationsOfMotion) -> str:
