@@ -237,18 +237,18 @@ def structure(
 
 
 def _held(s: Structure, given: Any) -> Held:
-    """Its nonlinear constraints, kept at the start. Raises ValueError for contacts, u0="static" or no mass besides."""
+    """Its nonlinear constraints, kept at the start. Raises ValueError for contacts, u0="static" or where no mass is."""
     touching = s.contacts.kind if s.contacts is not None else ""
     for what, there in ((touching, bool(touching)), ('u0="static"', s.static)):
         if there:
             raise ValueError(f"expected nonlinear constraints without {what}, got both; leave one out")
-    if len(s.massless):
-        raise ValueError(
-            "expected mass at each degree of freedom of a structure with nonlinear constraints, got none at "
-            f"{s.named(int(s.massless[0]))}; condense it"
-        )
     found = held_of(given, s.T, s.u0)
     found.require_kept(s.u0, s.v0)
+    if len(bare := s.massless[found.touched(s.u0)[s.massless]]):
+        raise ValueError(
+            f"expected mass at the degrees of freedom of nonlinear constraints, got none at {s.named(int(bare[0]))}; "
+            "condense it"
+        )
     return found
 
 

@@ -19,8 +19,11 @@ from ..model.memory import Memory, Recalled, RememberingForce
 from ..model.model import Model
 from ..model.state_vectors import memory_of, reactions_of, vectors
 from ..solvers.combine import combined
+from ..solvers.complementarity import NotFound
 from ..solvers.matrices import arrays_of
+from .holding import Holding
 from .newton import Tangent
+from .scheme_plan import start_of, step_of
 from .steps import Run
 from .time_loop import Trial
 
@@ -47,13 +50,44 @@ def begun(run: Run, steps: ConstantSteps | Control, state: State | None) -> tupl
         return replace(run, begin=Begin(0, state.t), start=start, remembered=remembered), ()
     rows = _own_rows(state, run)
     moved = replace(run, begin=steps.begin._replace(rows=rows), start=start, remembered=remembered)
-    return moved, () if rows is None else _tangents(state)
+    return (_first_held(moved), ()) if rows is None else (moved, _tangents(state))
 
 
 def at_start(run: Run) -> Run:
     """The run with the reactions at the structure's start, where it has any."""
     s = run.structure
-    return run if s.contacts is None else replace(run, reactions=s.at_rest(0.0, s.u0, s.v0, s.memory0))
+    if s.contacts is None:
+        return run
+    return _first_held(replace(run, reactions=s.at_rest(0.0, s.u0, s.v0, s.memory0)))
+
+
+def _first_held(run: Run) -> Run:
+    """The run with multipliers at its start, and the acceleration with these, that keep nonlinear constraints ahead.
+
+    That is at the first displacement at which an explicit scheme takes forces. Raises ValueError where none do.
+    """
+    s, steps = run.structure, step_of(run.scheme, run.h)
+    touch = steps.systems[0].touch
+    if not isinstance(s.contacts, Held) or touch is None or not touch.later:
+        return run
+    kinds = [kind for kind, _ in run.scheme.history]
+    state = np.eye(3)[kinds] if run.scheme.info.start == "given" else start_of(run.scheme, run.h).out
+    row = steps.systems[0].displacements[0][: steps.given] @ state
+    if row[2] == 0.0:
+        return run
+    first = Holding(s, s.contacts, 2, None, 1.0, touch._replace(rows=row[None]), np.empty(0), acts=np.eye(3)[0])
+    first.begin()
+    start = np.array(run.given)
+    if run.reactions is not None:
+        start[2] -= s.pushed_by(run.reactions, start[0])
+    try:
+        start[2] = first.settled(start, start[2], s.solve_mass)
+    except NotFound as error:
+        raise ValueError(
+            f"expected steps in the first of which {run.scheme.name} can keep the constraints, got dt = {run.h:g}; "
+            "take a smaller one"
+        ) from error
+    return replace(run, start=start, reactions=first.p)
 
 
 def _behind_jumps(s: Model, t: float, motion: Array, memory: Memory | None) -> Array:

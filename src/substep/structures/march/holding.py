@@ -20,10 +20,12 @@ class Holding(Pressing):
     """The constraints of a structure in one balance, as `Pressing` has contacts; reaction (n,): that of p.
 
     With the gradients G where the unknown is, multipliers are those with which g vanishes to first order; a few
-    solutions more bring g to rounding, since G turns little in a step.
+    solutions more bring g to rounding, since G turns little in a step. acts: of an explicit balance the row of the
+    displacement at which it takes forces, where the gradients are along which its reaction acts; empty otherwise.
     """
 
     contacts: Any
+    acts: Array = field(default_factory=lambda: np.empty(0))
     reaction: Array = field(default_factory=lambda: np.empty(0))
 
     def begin(self) -> None:
@@ -76,13 +78,14 @@ class Holding(Pressing):
         """
         u, c_u = self._displacement(X, z)
         values, G = self.contacts.at(u)
-        moved = factors(self.weight / scale * np.column_stack([-G.T, self.reaction]))
+        along = self.contacts.at(self.acts[: self.place] @ X[: self.place])[1] if self.acts.any() else G
+        moved = factors(self.weight / scale * np.column_stack([-along.T, self.reaction]))
         compliance, taken = c_u * (G @ moved[:, :-1]), c_u * (G @ moved[:, -1])
         try:
             self.p = np.linalg.solve(compliance, taken - values)
         except np.linalg.LinAlgError as error:
             raise NotFound from error
-        reaction = -self.p @ G
+        reaction = -self.p @ along
         change, self.reaction = reaction - self.reaction, reaction
         return moved[:, :-1] @ self.p - moved[:, -1], -self.weight * change
 

@@ -71,4 +71,7 @@ def _remember(pairs: Sequence[tuple[System, Pressing]], steps: Steps) -> None:
             else:
                 one.known.append((force.w, at))
         if system.touch is not None:
-            known.append((own if system.touch.later and own is not None else system.touch.rows[0], one))
+            later = system.touch.later and own is not None
+            known.append((own if later else system.touch.rows[0], one))
+            if later and isinstance(one, Holding):
+                one.acts = own

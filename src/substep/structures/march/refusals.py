@@ -93,11 +93,13 @@ def require_contacts(structure: Model, scheme: Scheme, who: str, systems: Sequen
     """
     if structure.contacts is None:
         return
-    if isinstance(structure.contacts, Held) and any(x.touch is not None and x.touch.later for x in systems):
+    later = any(x.touch is not None and x.touch.later for x in systems)
+    explicit = not any(x.implicit for x in systems)
+    if isinstance(structure.contacts, Held) and explicit and (not later or _starts_otherwise(scheme)):
         raise ValueError(
-            f"{who} is explicit: expected a scheme that moves the displacement at which it takes the force, where the "
-            "reactions of nonlinear constraints of a structure act; take an implicit scheme, or declare the structure "
-            "as a scene"
+            f"{who} is explicit: expected for nonlinear constraints of a structure one that starts from u, v and a "
+            "and whose balances each hold the next displacement that they move, forward in time; take "
+            "central_difference, beeman or noh_bathe, an implicit scheme, or declare the structure as a scene"
         )
     if isinstance(structure.contacts, Held) and any(_at_a_mean(x) for x in systems):
         raise ValueError(
@@ -105,7 +107,7 @@ def require_contacts(structure: Model, scheme: Scheme, who: str, systems: Sequen
             "its own, where the reactions of nonlinear constraints of a structure act; take another scheme, or declare "
             "the structure as a scene"
         )
-    kinds = structure.contacts.kinds if isinstance(structure.contacts, Contacts) else ["gap"]
+    kinds = structure.contacts.kinds if isinstance(structure.contacts, Contacts) else ["friction" if later else "gap"]
     for kind in kinds:
         if why := why_no_contact(scheme, kind):
             raise ValueError(why)
@@ -119,10 +121,17 @@ def require_contacts(structure: Model, scheme: Scheme, who: str, systems: Sequen
         require_error_decay(f"a structure with {structure.contacts.kind}", scheme)
 
 
+def _starts_otherwise(scheme: Scheme) -> bool:
+    """Whether another scheme starts it, or its start solves systems."""
+    return scheme.starter is not None or (scheme.info.start != "given" and bool(start_of(scheme, 1.0).systems))
+
+
 def _at_a_mean(system: System) -> bool:
     """Whether a balance takes a force that it moves elsewhere than where its reactions act."""
     if system.touch is None:
         return False
+    if system.touch.later:
+        return len(system.displacements) != 1
     moved = [force.u for force in system.forces if force.u[system.place] != 0.0]
     return bool(system.differences) or any(not np.array_equal(u, system.touch.rows[0]) for u in moved)
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...core.arrays import Array
 from ..solvers.matrices import Matrix
@@ -47,9 +48,15 @@ class Held(Named):
 
     def described(self, u: Array) -> tuple[Any, ...]:
         """What distinguishes them from others: values and gradients at the start u (n,) and beside it."""
+        return repr(dict(self.names)), *(x for at in self._around(u) for x in self.at(at))
+
+    def touched(self, u: Array) -> NDArray[np.bool_]:
+        """Which degrees of freedom (n,) a gradient at the start u (n,), or beside it, has."""
+        return np.any([self.at(at)[1].any(axis=0) for at in self._around(u)], axis=0)
+
+    def _around(self, u: Array) -> list[Array]:
         random = np.random.default_rng(0)
-        beside = [u + BESIDE * (self.length or 1.0) * random.normal(size=u.shape) for _ in range(STATES)]
-        return repr(dict(self.names)), *(x for at in (u, *beside) for x in self.at(at))
+        return [u, *(u + BESIDE * (self.length or 1.0) * random.normal(size=u.shape) for _ in range(STATES))]
 
     def gaps(self, u: Array) -> Array:
         """The values g (d,) at u (n,)."""

@@ -182,20 +182,33 @@ class Model:
         """
         right, largest = self._unbalanced(t, u, v, force, memory, held)
         s = self.massless
-        if not len(s):
-            return self.solve_mass(right)
-        if self.K is None:
+        if len(s) and self.K is None:
             raise ValueError(
                 f"expected tangent= for the acceleration of the massless degree of freedom {self.named(int(s[0]))}, "
                 "got an internal force without; give it, or a0="
             )
         self._require_balance(t, np.setdiff1d(s, self.bare), right, largest)
-        m = np.setdiff1d(np.arange(self.size), s)
-        M, K = self.M[m][:, m], self.K[s]
-        a = np.zeros(self.size)
-        a[m] = self.factorized(M, "M of the degrees of freedom with mass", m)(right[m])
-        a[s] = -self.factorized(K[:, s], "K of degrees of freedom without mass", s)(K[:, m] @ a[m])
-        return a
+        return self.accelerated(right)
+
+    @property
+    def accelerated(self) -> Callable[[Array], Array]:
+        """M^-1 of vectors (n,) or (n, d), where no mass is without those, which move by static condensation."""
+        return self._condensed if len(self.massless) else self.solve_mass
+
+    @cached_property
+    def _condensed(self) -> Callable[[Array], Array]:
+        s, m = self.massless, np.setdiff1d(np.arange(self.size), self.massless)
+        K = self.K[s]
+        masses = self.factorized(self.M[m][:, m], "M of the degrees of freedom with mass", m)
+        others = self.factorized(K[:, s], "K of degrees of freedom without mass", s)
+
+        def solve(right: Array) -> Array:
+            a = np.zeros(right.shape)
+            a[m] = masses(right[m])
+            a[s] = -others(K[:, m] @ a[m])
+            return a
+
+        return solve
 
     def _unbalanced(
         self,
@@ -242,23 +255,17 @@ class Model:
         Raises ValueError for a contact of a degree of freedom without mass, unless reactions are remembered.
         """
         assert isinstance(self.contacts, Contacts)
-        forces = self.contacts.forces(self.size)
-        if not len(self.massless):
-            return self.solve_mass(forces)
         if len(self.bare) and not self.contacts.remembered:
             raise ValueError(
                 f"expected mass at the degrees of freedom of contacts, got none at {self.named(int(self.bare[0]))}, "
                 "where a reaction gives no acceleration to be left out; give remembered=True, without restitution"
             )
-        forces[self.massless] = 0.0
-        rest = np.zeros(self.size)
-        plain = replace(self, internal=None)
-        return np.array([plain.acceleration(0.0, rest, rest, force) for force in forces.T]).T
+        return self.accelerated(self.contacts.forces(self.size))
 
     def pushed_by(self, reactions: Array, u: Array) -> Array:
         """The acceleration (n,) that reactions (d,), or multipliers of constraints, give the masses at u (n,)."""
         if isinstance(self.contacts, Held):
-            return self.solve_mass(self.contacts.forces(u, reactions))
+            return self.accelerated(self.contacts.forces(u, reactions))
         return self.pushed @ reactions
 
     def pushed_acceleration(self, at: tuple[float, Array, Array, Memory | None], reactions: Array | None) -> Array:
@@ -269,7 +276,7 @@ class Model:
         t, u, v, memory = at
         a, contacts = self.acceleration(t, u, v, memory=memory), self.contacts
         if isinstance(contacts, Held):
-            return a + self.pushed_by(contacts.multipliers(u, v, a, self.solve_mass), u)
+            return a + self.pushed_by(contacts.multipliers(u, v, a, self.accelerated), u)
         return a if contacts is None or reactions is None or not contacts.remembered else a + self.pushed @ reactions
 
     def at_rest(self, t: float, u: Array, v: Array, memory: Memory | None = None) -> Array:
@@ -279,7 +286,7 @@ class Model:
         massless degrees of freedom bear.
         """
         if isinstance(self.contacts, Held):
-            return self.contacts.multipliers(u, v, self.acceleration(t, u, v, memory=memory), self.solve_mass)
+            return self.contacts.multipliers(u, v, self.acceleration(t, u, v, memory=memory), self.accelerated)
         assert self.contacts is not None
         if not self.contacts.remembered:
             return np.zeros(self.contacts.size)
