@@ -179,9 +179,7 @@ def test_degrees_of_freedom_without_mass_beside_constraints() -> None:
     M, B = np.diag([1.0, 1.0, 0.0]), np.array([[1.0, 0.0, -1.0], [0.0, 0.0, 1.0]])
     given = {"v0": [0.0, 2.0, 0.0], "constraints": {"rod": rod}}
     whole = ss.structure(M, B.T @ np.diag([30.0, 60.0]) @ B, u0=[1.0, 0.0, 1.0 / 3.0], **given)
-    condensed = ss.structure(
-        np.eye(2), np.diag([20.0, 0.0]), u0=[1.0, 0.0], v0=[0.0, 2.0], constraints={"rod": rod}
-    )
+    condensed = ss.structure(np.eye(2), np.diag([20.0, 0.0]), u0=[1.0, 0.0], v0=[0.0, 2.0], constraints={"rod": rod})
     for name in ("generalized_alpha", "bathe", "bdf2"):
         a, b = (ss.march(one, name, dt=0.01, t_end=1.0) for one in (whole, condensed))
         assert np.abs(a.u[:, :2] - b.u).max() < 1e-12

@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 
 from ...core.arrays import Array
-from ..model.model import Model, sum_of_matrices
+from ..model.model import Model
 from ..model.rayleigh import Rayleigh
 from ..solvers.combine import add_product, combined
-from ..solvers.matrices import Matrix
+from ..solvers.matrices import Matrix, combination
 from .pressing import Pressing
 from .scheme_plan import System
 
@@ -44,7 +44,10 @@ class Factors:
         for other, solve in self.known:
             if np.all(np.abs(ratios - other) <= SAME * np.abs(ratios)):
                 return scale, solve
-        solve = structure.factorized(sum_of_matrices(structure, *ratios), what)
+        terms = [(ratios[0], structure.M), (ratios[2], structure.K)]
+        if c != 0.0 and structure.C is not None:
+            terms.append((ratios[1], structure.damping))
+        solve = structure.factorized(combination(terms), what)
         self.known.append((ratios, solve))
         return scale, solve
 

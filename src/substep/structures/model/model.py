@@ -19,7 +19,6 @@ from ..solvers.matrices import (
     Matrix,
     added,
     asymmetry,
-    combination,
     diagonal_of,
     indefinite,
     is_identity,
@@ -356,7 +355,9 @@ class Model:
         names, a direction in which no free mass moves, integers of which it is not plain whether they are
         displacements or numbers of degrees of freedom, and a record without a unit that is likely not in m/s^2 and s.
         """
-        record = of_ground(record)
+        if not isinstance(record, Record):
+            raise ValueError(f"expected the ground acceleration as ss.Record(dt, values), got {type(record).__name__}")
+        record = record.of_ground()
         iota = self.influence_of(direction)
         shape = -self.inertia_of(iota)
         return replace(self, loads=(*self.loads, (shape, record)), motions=(*self.motions, (iota, record)))
@@ -393,18 +394,3 @@ class Model:
 
     def __repr__(self) -> str:
         return f"Structure({self.size} free of {self.T.shape[0]} degrees of freedom, {len(self.loads)} loads)"
-
-
-def of_ground(record: Any) -> Record:
-    """The record in m/s^2. Raises ValueError for anything else, and as `Record.of_ground`."""
-    if not isinstance(record, Record):
-        raise ValueError(f"expected the ground acceleration as ss.Record(dt, values), got {type(record).__name__}")
-    return record.of_ground()
-
-
-def sum_of_matrices(structure: Model, m: complex, c: complex, k: complex) -> Matrix:
-    """m M + c C + k K."""
-    terms = [(m, structure.M), (k, structure.K)]
-    if c != 0.0 and structure.C is not None:
-        terms.append((c, structure.damping))
-    return combination(terms)
