@@ -270,6 +270,13 @@ def _sine(x: Array) -> Array:
     return x[()]
 
 
+def of_ground(record: Any) -> Record:
+    """The record in m/s^2. Raises ValueError for anything else, and as `Record.of_ground`."""
+    if not isinstance(record, Record):
+        raise ValueError(f"expected the ground acceleration as ss.Record(dt, values), got {type(record).__name__}")
+    return record.of_ground()
+
+
 def break_points(load: Load | None, t_end: float) -> Array:
     """Times within (0, t_end) at which a load or a derivative of it jumps, ascending."""
     if isinstance(load, Step):

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from ..core.arrays import Array, named
 from ..core.device import Device
 from ..core.errors import real_array
-from ..core.loads import Record
+from ..core.loads import Record, of_ground
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
 from ..core.threads import spread
@@ -32,7 +32,6 @@ from ..structures.march.scheme_plan import step_of
 from ..structures.march.steps import Run
 from ..structures.model.given import Dof, loads_of
 from ..structures.model.memory import RememberingForce
-from ..structures.model.model import of_ground
 from ..structures.model.springs import Springs
 from ..structures.structure import Structure, damped_by
 from .structure_points import LANES, Wanted, chosen, kinds_of, marched, side_by_side

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...core.arrays import Array
-from ...core.loads import Load, Record, values_at
+from ...core.loads import Load, Record, of_ground, values_at
 from ..solvers.factorization import SingularMatrix, Solver, factorize
 from ..solvers.matrices import (
     Matrix,
@@ -355,9 +355,7 @@ class Model:
         names, a direction in which no free mass moves, integers of which it is not plain whether they are
         displacements or numbers of degrees of freedom, and a record without a unit that is likely not in m/s^2 and s.
         """
-        if not isinstance(record, Record):
-            raise ValueError(f"expected the ground acceleration as ss.Record(dt, values), got {type(record).__name__}")
-        record = record.of_ground()
+        record = of_ground(record)
         iota = self.influence_of(direction)
         shape = -self.inertia_of(iota)
         return replace(self, loads=(*self.loads, (shape, record)), motions=(*self.motions, (iota, record)))
