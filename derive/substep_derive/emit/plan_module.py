@@ -10,7 +10,7 @@ from ..declare.names import python_name
 from ..declare.scheme import Scheme
 from ..declare.symbols import h
 from ..kernels.reactions import why_no_contact
-from ..motion.plan import Combination, Plan, Row, System
+from ..motion.plan import Combination, Operation, Plan, Row, System
 from .printing import KERNEL_PRINTER, docstring, fill, literal_tuple
 from .templates.plan import PLAN_FUNCTION, PLAN_HEADER
 from .templates.scheme import BANNER
@@ -22,8 +22,7 @@ def plan_module(scheme: Scheme, source: str) -> str:
     plan, start = Plan.of(inside), Plan.of_start(inside)
     reasons = [why_no_contact(scheme, **asked) for asked in ({}, {"restitution": True}, {"friction": True})]
     if all(reasons):
-        operations = (replace(o, contact=None, later=None) if isinstance(o, System) else o for o in plan.operations)
-        plan = replace(plan, operations=tuple(operations))
+        plan = replace(plan, operations=tuple(_of_constraints(o) for o in plan.operations))
     arguments = ", ".join([h.name, *(s.name for s in inside.values)])
     text = fill(BANNER, source=source, digest=scheme_digest(scheme)) + fill(
         PLAN_HEADER,
@@ -40,6 +39,11 @@ def plan_module(scheme: Scheme, source: str) -> str:
     if start is not None:
         text += _function("start", "The state at t = 0 from u_0, v_0, a_0.", arguments, start)
     return text
+
+
+def _of_constraints(o: Operation) -> Operation:
+    """The operation of a scheme that takes no contacts and no frictions: nothing holds a velocity."""
+    return replace(o, contact=None, later=o.later and o.later[:1]) if isinstance(o, System) else o
 
 
 def equations(plan: Plan) -> str:
@@ -104,7 +108,7 @@ def _slots(system: System) -> list[tuple[str, str]]:
         u, v, *numbers = system.contact
         slots.append(("contact", f"({_row(u)}, {_row(v)}, {', '.join(map(_number, numbers))})"))
     if system.later is not None:
-        slots.append(("later", f"({', '.join(map(_row, system.later))})"))
+        slots.append(("later", f"[{', '.join(map(_row, system.later))}]"))
     return slots + _pairs("f", [(w, _number(tau)) for w, tau in system.loads])
 
 

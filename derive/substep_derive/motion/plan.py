@@ -64,7 +64,7 @@ class System:
     commits: tuple[tuple[Row, Row, Expr], ...] = ()
     joined: bool = False
     contact: tuple[Row, Row, Expr, Expr, Expr] | None = None
-    later: tuple[Row, Row, Row, Row] | None = None
+    later: tuple[Row, ...] | None = None
 
     @property
     def rows(self) -> dict[str, Row]:
@@ -76,7 +76,8 @@ class System:
         """The vectors that it reads, the unknown included."""
         rows = [*self.rows.values(), *(row for _, row, _ in self.forces)]
         rows += [row for *pair, _ in self.commits for row in pair]
-        rows += [row for _, *pair in self.differences for row in pair] + list((self.contact or ())[:2])
+        rows += [row for _, *pair in self.differences for row in pair]
+        rows += [*(self.contact or ())[:2], *(self.later or ())]
         return {s for row in rows for s in row} | {self.vector}
 
 
@@ -265,12 +266,11 @@ class _Writer:
             numbers = factor(self.instants[u]), of_reactions.weights[k], of_reactions.strengths[k]
             self.operations[-1] = replace(system, contact=(*rows, *numbers))
 
-    def _later(self, step: Step, k: int) -> tuple[Row, Row, Row, Row] | None:
+    def _later(self, step: Step, k: int) -> tuple[Row, ...] | None:
         """What the reaction of the k-th balance of an explicit step holds; None of a scheme that takes none."""
         try:
             found = prescribed(step.scheme)
-            require_held(step, found, bounded=True, gaps=False)
-            impulses(step)
+            require_held(step, found, bounded=False, gaps=False)
         except DeclarationError:
             return None
         held, _ = found.held[k]
@@ -281,7 +281,7 @@ class _Writer:
             before = (u - u0) / (h * at[u])
             ahead = u + h * (at[held] + int(held in step.prior) - at[u]) * before
         rows = held_next(step, held), mean_velocity(step, k, held), ahead, before
-        return cast("tuple[Row, Row, Row, Row]", tuple(map(self.row, rows)))
+        return tuple(map(self.row, rows))
 
     def _forces(self, e: Expr) -> tuple[tuple[tuple[Expr, Row, Expr], ...], tuple[tuple[Expr, Row, Row], ...]]:
         """The terms w N(row), with their instants, and the terms w N(row, row), of an internal force."""

@@ -64,7 +64,8 @@ def at_start(run: Run) -> Run:
 def _first_held(run: Run) -> Run:
     """The run with multipliers at its start, and the acceleration with these, that keep nonlinear constraints ahead.
 
-    That is at the first displacement at which an explicit scheme takes forces. Raises ValueError where none do.
+    That is at the first displacement at which an explicit scheme takes forces and that acceleration moves. Raises
+    ValueError where none do.
     """
     s, steps = run.structure, step_of(run.scheme, run.h)
     touch = steps.systems[0].touch
@@ -72,8 +73,9 @@ def _first_held(run: Run) -> Run:
         return run
     kinds = [kind for kind, _ in run.scheme.history]
     state = np.eye(3)[kinds] if run.scheme.info.start == "given" else start_of(run.scheme, run.h).out
-    row = steps.systems[0].displacements[0][: steps.given] @ state
-    if row[2] == 0.0:
+    rows = [row for system in steps.systems for row in system.displacements if not row[steps.given :].any()]
+    row = next((found for found in (row[: steps.given] @ state for row in rows) if found[2] != 0.0), None)
+    if row is None:
         return run
     first = Holding(s, s.contacts, 2, None, 1.0, touch._replace(rows=row[None]), np.empty(0), acts=np.eye(3)[0])
     first.begin()

@@ -98,8 +98,8 @@ def require_contacts(structure: Model, scheme: Scheme, who: str, systems: Sequen
     if isinstance(structure.contacts, Held) and explicit and (not later or _starts_otherwise(scheme)):
         raise ValueError(
             f"{who} is explicit: expected for nonlinear constraints of a structure one that starts from u, v and a "
-            "and whose balances each hold the next displacement that they move, forward in time; take "
-            "central_difference, beeman or noh_bathe, an implicit scheme, or declare the structure as a scene"
+            "and whose balances each hold the next displacement that they move; take central_difference, an implicit "
+            "scheme, or declare the structure as a scene"
         )
     if isinstance(structure.contacts, Held) and any(_at_a_mean(x) for x in systems):
         raise ValueError(
@@ -107,7 +107,7 @@ def require_contacts(structure: Model, scheme: Scheme, who: str, systems: Sequen
             "its own, where the reactions of nonlinear constraints of a structure act; take another scheme, or declare "
             "the structure as a scene"
         )
-    kinds = structure.contacts.kinds if isinstance(structure.contacts, Contacts) else ["friction" if later else "gap"]
+    kinds = structure.contacts.kinds if isinstance(structure.contacts, Contacts) else ([] if later else ["gap"])
     for kind in kinds:
         if why := why_no_contact(scheme, kind):
             raise ValueError(why)
