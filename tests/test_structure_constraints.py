@@ -7,7 +7,17 @@ import pytest
 from scipy import sparse
 from substep_derive import Scene, rate
 from sympy import Rational, Symbol
-from test_constraints import AT_THE_MEAN, EXPLICIT, NEXT, ONE_OF_EACH, PENDULUM, TAKEN, TOGETHER, VERIFY
+from test_constraints import (
+    AT_THE_MEAN,
+    EXPLICIT,
+    HELD_TOGETHER,
+    NEXT,
+    ONE_OF_EACH,
+    PENDULUM,
+    TAKEN,
+    TOGETHER,
+    VERIFY,
+)
 
 import substep as ss
 
@@ -47,7 +57,7 @@ def same(scene: Any, structure: ss.Structure, name: str, names: tuple[str, ...],
 
 @pytest.mark.usefixtures("uncompiled")
 @pytest.mark.filterwarnings("ignore:.*energy in play")
-@pytest.mark.parametrize("name", [*CHOSEN, *NEXT])
+@pytest.mark.parametrize("name", [*CHOSEN, *NEXT, *HELD_TOGETHER])
 def test_a_structure_is_the_scene(name: str) -> None:
     same(ss.scene("rod_double_pendulum", g=G), double(), name, ("rod1", "rod2"), 0.01, 0.3)
 
@@ -55,7 +65,7 @@ def test_a_structure_is_the_scene(name: str) -> None:
 @pytest.mark.usefixtures("uncompiled")
 @pytest.mark.filterwarnings("ignore:.*energy in play")
 @pytest.mark.parametrize("hardening", [0, 50])
-@pytest.mark.parametrize("name", [*CHOSEN, *AHEAD])
+@pytest.mark.parametrize("name", [*CHOSEN, *AHEAD, *HELD_TOGETHER])
 def test_beside_stiffness_damping_and_an_internal_force(name: str, hardening: int) -> None:
     """A point on a circle, and a second one on a spring to it, which hardens or not."""
     scene = Scene(
@@ -111,13 +121,22 @@ def test_several_rows_springs_with_a_memory_and_fixed_supports() -> None:
     assert np.abs(r.u[-1] - finer.u[-1]).max() < 0.02
 
 
-@pytest.mark.parametrize("name", ["bathe", "generalized_alpha", *AHEAD])
+@pytest.mark.parametrize("name", ["bathe", "generalized_alpha", *AHEAD, *HELD_TOGETHER])
 def test_a_run_goes_on_to_the_bit(name: str) -> None:
     whole = ss.march(double(), name, dt=0.01, t_end=0.4, account=False)
     first = ss.march(double(), name, dt=0.01, t_end=0.2, account=False)
     rest = ss.march(double(), name, dt=0.01, t_end=0.4, start=first, account=False)
     assert np.array_equal(rest.u, whole.u[20:])
     assert np.array_equal(rest.memory["rod1"], whole.memory["rod1"][20:])
+
+
+def test_an_explicit_run_goes_on_in_other_steps() -> None:
+    """The first of these keeps the constraints as the first one of a run does."""
+    first = ss.march(double(), "central_difference", dt=0.02, t_end=0.2, account=False)
+    rest = ss.march(double(), "central_difference", dt=0.01, t_end=0.4, start=first, account=False)
+    assert max(abs(rest.gaps[name]).max() for name in ("rod1", "rod2")) < 2e-15
+    errors = np.abs(rest.u[-1] - ss.march(double(), "radau_iia3", dt=0.01, t_end=0.4, account=False).u[-1]).max()
+    assert errors < 2e-3
 
 
 def test_the_multiplier_is_of_the_second_order_for_one_balance() -> None:
@@ -213,9 +232,15 @@ def test_wrong_constraints_are_refused() -> None:
 
 
 def test_what_takes_no_constraints_says_so() -> None:
-    for name in (*EXPLICIT.difference(NEXT), *TOGETHER):
-        with pytest.raises(ValueError, match="is explicit: expected|solves balances together: expected"):
+    for name in (*EXPLICIT.difference(NEXT), *TOGETHER.difference(HELD_TOGETHER)):
+        with pytest.raises(ValueError, match="is explicit: expected|solves balances together that do not hold"):
             ss.march(double(), name, dt=0.01, t_end=0.1)
+    with pytest.raises(ValueError, match="at the displacements of its own step where steps change, got central_differ"):
+        ss.march(double(), "central_difference", tol=1e-4, t_end=0.5)
+    with pytest.raises(
+        ValueError, match="in the first of which central_difference can keep the constraints, got dt = 2"
+    ):
+        ss.march(double(), "central_difference", dt=2.0, t_end=4.0)
     with pytest.raises(ValueError, match="without constraints"):
         double().modes(2)
 

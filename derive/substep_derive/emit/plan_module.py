@@ -9,7 +9,7 @@ from ..declare.digest import scheme_digest
 from ..declare.names import python_name
 from ..declare.scheme import Scheme
 from ..declare.symbols import h
-from ..kernels.reactions import why_no_contact
+from ..kernels.reactions import holds, why_no_contact
 from ..motion.plan import Combination, Operation, Plan, Row, System
 from .printing import KERNEL_PRINTER, docstring, fill, literal_tuple
 from .templates.plan import PLAN_FUNCTION, PLAN_HEADER
@@ -22,7 +22,8 @@ def plan_module(scheme: Scheme, source: str) -> str:
     plan, start = Plan.of(inside), Plan.of_start(inside)
     reasons = [why_no_contact(scheme, **asked) for asked in ({}, {"restitution": True}, {"friction": True})]
     if all(reasons):
-        plan = replace(plan, operations=tuple(_of_constraints(o) for o in plan.operations))
+        rows = int(holds(scheme))
+        plan = replace(plan, operations=tuple(_of_constraints(o, rows) for o in plan.operations))
     arguments = ", ".join([h.name, *(s.name for s in inside.values)])
     text = fill(BANNER, source=source, digest=scheme_digest(scheme)) + fill(
         PLAN_HEADER,
@@ -41,9 +42,9 @@ def plan_module(scheme: Scheme, source: str) -> str:
     return text
 
 
-def _of_constraints(o: Operation) -> Operation:
-    """The operation of a scheme that takes no contacts and no frictions: nothing holds a velocity."""
-    return replace(o, contact=None, later=o.later and o.later[:1]) if isinstance(o, System) else o
+def _of_constraints(o: Operation, rows: int) -> Operation:
+    """The operation of a scheme that takes no contacts and no frictions; rows: 1 if it takes constraints, else 0."""
+    return replace(o, contact=None, held=(o.held or ())[:rows] or None) if isinstance(o, System) else o
 
 
 def equations(plan: Plan) -> str:
@@ -107,8 +108,8 @@ def _slots(system: System) -> list[tuple[str, str]]:
     if system.contact is not None:
         u, v, *numbers = system.contact
         slots.append(("contact", f"({_row(u)}, {_row(v)}, {', '.join(map(_number, numbers))})"))
-    if system.later is not None:
-        slots.append(("later", f"[{', '.join(map(_row, system.later))}]"))
+    if system.held is not None:
+        slots.append(("held", f"[{', '.join(map(_row, system.held))}]"))
     return slots + _pairs("f", [(w, _number(tau)) for w, tau in system.loads])
 
 

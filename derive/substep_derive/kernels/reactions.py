@@ -120,7 +120,7 @@ def why_no_contact(scheme: Scheme, *, restitution: bool = False, friction: bool 
     if not all(stage.alone for stage in Step.of(scheme).stages):
         return (
             f"{scheme.name} solves balances together: expected balances that are solved one after the other on a "
-            "structure with constraints that are not linear, contacts or friction; take another scheme"
+            "structure with contacts or friction; take another scheme"
         )
     rates = restitution or friction
     try:
@@ -128,6 +128,15 @@ def why_no_contact(scheme: Scheme, *, restitution: bool = False, friction: bool 
     except DeclarationError as error:
         return str(error)
     return ""
+
+
+def holds(scheme: Scheme) -> bool:
+    """Whether reactions of its balances can hold displacements, as those of constraints do."""
+    try:
+        _require_holding(scheme, Asked(True, False, False, False, False, False, False))
+    except DeclarationError:
+        return False
+    return True
 
 
 def _require_holding(scheme: Scheme, asked: Asked) -> Prescribed | None:

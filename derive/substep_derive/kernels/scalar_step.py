@@ -143,7 +143,7 @@ class _Scalars:
 
 def _balance(system: System, waiting: Iterable[Combination]) -> ScalarBalance:
     z = named(system.vector)
-    read = replace(system, commits=(), later=None).vectors  # a file of one language has no laws and no reactions
+    read = replace(system, commits=(), held=None).vectors  # a file of one language has no laws and no reactions
     moving = [c for c in waiting if c.vector in read]
     lines = tuple((named(c.vector), _sum(c.row)) for c in moving)
     by_z: Mapping[Symbol, Expr] = {s: e.diff(z) for s, e in lines} | {z: Integer(1)}

@@ -50,8 +50,9 @@ class System:
     contact: where a reaction that the balance is solved for acts, the newest displacement that moves with its force and
     the velocity there, and the instant; and of that reaction the share in the mean of the step, and the strength: see
     `step.times.impulses`. None for what is no balance, and of a scheme whose balances do not move both.
-    later: of an explicit balance, in place of these, the displacement that its reaction holds and the mean velocity to
-    there, where the mean velocity before would have led, and that one: see `constrained.explicit`.
+    held: of an explicit balance, in place of these, the displacement that its reaction holds and the mean velocity to
+    there, where the mean velocity before would have led, and that one: see `constrained.explicit`; of balances that are
+    all solved together the displacement at which each takes the force.
     """
 
     vector: Symbol
@@ -64,7 +65,7 @@ class System:
     commits: tuple[tuple[Row, Row, Expr], ...] = ()
     joined: bool = False
     contact: tuple[Row, Row, Expr, Expr, Expr] | None = None
-    later: tuple[Row, ...] | None = None
+    held: tuple[Row, ...] | None = None
 
     @property
     def rows(self) -> dict[str, Row]:
@@ -77,7 +78,7 @@ class System:
         rows = [*self.rows.values(), *(row for _, row, _ in self.forces)]
         rows += [row for *pair, _ in self.commits for row in pair]
         rows += [row for _, *pair in self.differences for row in pair]
-        rows += [*(self.contact or ())[:2], *(self.later or ())]
+        rows += [*(self.contact or ())[:2], *(self.held or ())]
         return {s for row in rows for s in row} | {self.vector}
 
 
@@ -250,11 +251,13 @@ class _Writer:
 
     def press(self, step: Step, stage: Stage) -> None:
         """Say of the last system, that of the stage, where its reaction acts, if all balances have such."""
+        if not stage.alone and len(step.stages) == 1:
+            self._press_together(len(stage.balances))
         if not stage.alone or not isinstance(system := self.operations[-1], System):
             return
         k = step.accelerations.index(stage.z[0])
         if explicit(step):
-            self.operations[-1] = replace(system, later=self._later(step, k))
+            self.operations[-1] = replace(system, held=self._held_next(step, k))
             return
         try:
             of_reactions = impulses(step)
@@ -266,7 +269,13 @@ class _Writer:
             numbers = factor(self.instants[u]), of_reactions.weights[k], of_reactions.strengths[k]
             self.operations[-1] = replace(system, contact=(*rows, *numbers))
 
-    def _later(self, step: Step, k: int) -> tuple[Row, ...] | None:
+    def _press_together(self, count: int) -> None:
+        """Say of the last systems that each holds the displacement at which it takes the force, if all take one."""
+        systems = cast("list[System]", self.operations[-count:])
+        if all(len(x.forces) == 1 and not x.differences for x in systems):
+            self.operations[-count:] = [replace(x, held=(x.forces[0][1],)) for x in systems]
+
+    def _held_next(self, step: Step, k: int) -> tuple[Row, ...] | None:
         """What the reaction of the k-th balance of an explicit step holds; None of a scheme that takes none."""
         try:
             found = prescribed(step.scheme)

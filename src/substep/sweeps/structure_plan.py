@@ -24,7 +24,7 @@ from ..core.schemes import scheme as make_scheme
 from ..core.threads import spread
 from ..run.axes import RESERVED, Keep, asked
 from ..run.clock import Control, number_of_steps
-from ..structures.march.going_on import at_start
+from ..structures.march.going_on import at_start, first_held
 from ..structures.march.march_structure import chosen_clock
 from ..structures.march.reacting import suited
 from ..structures.march.refusals import require_definite_mass, require_suited
@@ -169,7 +169,7 @@ class StructurePlan(SweepPlan):
             for k in range(begin, end):
                 place, case = divmod(first + k, len(self.cases[0]))
                 scheme, h, cases = self.point(place)
-                runs.append(at_start(Run(suited(cases[case], step_of(scheme, h)), scheme, h)))
+                runs.append(first_held(at_start(Run(suited(cases[case], step_of(scheme, h)), scheme, h))))
             for k in range(0, end - begin, LANES):
                 for number, (tables, ended) in enumerate(side_by_side(runs[k : k + LANES], of), begin + k):
                     rows[number], status[number] = [x for table in tables for x in table], ended

@@ -37,7 +37,7 @@ def begun(run: Run, steps: ConstantSteps | Control, state: State | None) -> tupl
     """The run from where a state stands, and the tangents that its systems keep there; itself without a state."""
     s = run.structure
     if state is None:
-        return at_start(run), ()
+        return at_start(run) if isinstance(steps, Control) else first_held(at_start(run)), ()
     start, remembered = vectors(s, state), memory_of(s, state)
     if s.contacts is not None:
         if not state.of and isinstance(s.contacts, Held):  # a scheme's own velocities drift off by its error
@@ -50,18 +50,16 @@ def begun(run: Run, steps: ConstantSteps | Control, state: State | None) -> tupl
         return replace(run, begin=Begin(0, state.t), start=start, remembered=remembered), ()
     rows = _own_rows(state, run)
     moved = replace(run, begin=steps.begin._replace(rows=rows), start=start, remembered=remembered)
-    return (_first_held(moved), ()) if rows is None else (moved, _tangents(state))
+    return (first_held(moved), ()) if rows is None else (moved, _tangents(state))
 
 
 def at_start(run: Run) -> Run:
     """The run with the reactions at the structure's start, where it has any."""
     s = run.structure
-    if s.contacts is None:
-        return run
-    return _first_held(replace(run, reactions=s.at_rest(0.0, s.u0, s.v0, s.memory0)))
+    return run if s.contacts is None else replace(run, reactions=s.at_rest(0.0, s.u0, s.v0, s.memory0))
 
 
-def _first_held(run: Run) -> Run:
+def first_held(run: Run) -> Run:
     """The run with multipliers at its start, and the acceleration with these, that keep nonlinear constraints ahead.
 
     That is at the first displacement at which an explicit scheme takes forces and that acceleration moves. Raises

@@ -17,24 +17,33 @@ ROUNDING = 1e-12  # of the displacements: corrections within it that no longer s
 
 @dataclass(eq=False)
 class Holding(Pressing):
-    """The constraints of a structure in one balance, as `Pressing` has contacts; reaction (n,): that of p.
+    """The constraints of a structure in one balance, as `Pressing` has contacts, or in s that are solved together.
 
-    With the gradients G where the unknown is, multipliers are those with which g vanishes to first order; a few
-    solutions more bring g to rounding, since G turns little in a step. acts: of an explicit balance the row of the
-    displacement at which it takes forces, where the gradients are along which its reaction acts; empty otherwise.
+    stages: of the latter, rows (V,) of the displacements at which they take forces, and weights of these; place is that
+    of the last, and p its multipliers. reaction (s, n): of each. With the gradients G where the unknowns are,
+    multipliers are those with which g vanishes to first order; a few solutions more bring g to rounding, since G turns
+    little in a step. acts: of an explicit balance the row of the displacement at which it takes forces, where the
+    gradients are along which its reaction acts; empty otherwise.
     """
 
     contacts: Any
+    stages: tuple[tuple[Array, float], ...] = ()
     acts: Array = field(default_factory=lambda: np.empty(0))
     reaction: Array = field(default_factory=lambda: np.empty(0))
 
+    @property
+    def _every(self) -> tuple[tuple[Array, float], ...]:
+        """The stages, or the one balance as such."""
+        return self.stages or ((self.touch.rows[0], self.weight),)
+
     def begin(self) -> None:
         """Begin a solution without reactions."""
-        self.p, self.reaction = np.zeros(self.contacts.size), np.zeros(self.structure.size)
+        self.p, self.reaction = np.zeros(self.contacts.size), np.zeros((len(self._every), self.structure.size))
 
     def resume(self, p: Array, u: Array) -> None:
         """Take the multipliers of a step before, at its displacement."""
-        self.p, self.reaction = p, self.contacts.forces(u, p)
+        self.begin()
+        self.p, self.reaction[-1] = p, self.contacts.forces(u, p)
 
     @property
     def stands(self) -> tuple[Array, ...]:
@@ -48,16 +57,16 @@ class Holding(Pressing):
     @property
     def pushing(self) -> Array | None:
         """The force (n,) of the reactions of the last solution."""
-        return self.reaction if self.p.any() else None
+        return self.reaction[-1] if self.p.any() else None
 
     def settled(self, X: Array, z: Array, factors: Solve, scale: float = 1.0) -> Array:
         """The unknown where g = 0, from the one without reactions. Raises NotFound."""
-        c_u, previous = self._displacement(X, z)[1], np.inf
+        reach, previous = float(np.abs(self._displacements(X, z)[1]).sum(axis=1).max()), np.inf
         for _ in range(ITERATIONS):
             dz, _ = self.more(X, z, factors, scale)
             z = z + dz
-            size, u = abs(c_u) * float(np.abs(dz).max()), self._displacement(X, z)[0]
-            largest = max(self.contacts.length, float(np.abs(u).max()))
+            size, U = reach * float(np.abs(dz).max()), self._displacements(X, z)[0]
+            largest = max(self.contacts.length, float(np.abs(U).max()))
             if size <= EXACT * largest or (size >= 0.5 * previous and size <= ROUNDING * largest):
                 return z
             if not np.isfinite(size):
@@ -67,29 +76,38 @@ class Holding(Pressing):
 
     def kept(self, X: Array, z: Array) -> bool:
         """Whether g vanishes, but for rounding."""
-        u, _ = self._displacement(X, z)
-        values, G = self.contacts.at(u)
-        return bool((np.abs(values) <= KEPT * (np.abs(G) @ np.maximum(np.abs(u), self.contacts.length))).all())
+        for u in self._displacements(X, z)[0]:
+            values, G = self.contacts.at(u)
+            if not (np.abs(values) <= KEPT * (np.abs(G) @ np.maximum(np.abs(u), self.contacts.length))).all():
+                return False
+        return True
 
     def more(self, X: Array, z: Array, factors: Solve, scale: float = 1.0) -> tuple[Array, Array]:
-        """By how much the unknown (n,), and the residual's known part, change where z is that of the reactions so far.
+        """By how much the unknowns (s n,), and the residual's known part, change; z: those under the reactions so far.
 
         Raises NotFound where constraints have become dependent.
         """
-        u, c_u = self._displacement(X, z)
-        values, G = self.contacts.at(u)
-        along = self.contacts.at(self.acts[: self.place] @ X[: self.place])[1] if self.acts.any() else G
-        moved = factors(self.weight / scale * np.column_stack([-along.T, self.reaction]))
-        compliance, taken = c_u * (G @ moved[:, :-1]), c_u * (G @ moved[:, -1])
+        (U, by), d = self._displacements(X, z), self.contacts.size
+        values, G = (np.array(x) for x in zip(*map(self.contacts.at, U), strict=True))
+        along = G if not self.acts.any() else self.contacts.at(self.acts[: self.place] @ X[: self.place])[1][None]
+        weights, right = np.array([[w] for _, w in self._every]), np.zeros((*U.shape, values.size + 1))
+        for i, directions in enumerate(along):
+            right[i, :, i * d : (i + 1) * d] = -directions.T
+        right[..., -1] = self.reaction
+        right *= weights[..., None] / scale
+        moved = factors(right.reshape(z.size, -1)).reshape(right.shape)
+        compliance = (G @ np.tensordot(by, moved, 1)).reshape(values.size, -1)
         try:
-            self.p = np.linalg.solve(compliance, taken - values)
+            p = np.linalg.solve(compliance[:, :-1], compliance[:, -1] - values.ravel())
         except np.linalg.LinAlgError as error:
             raise NotFound from error
-        reaction = -self.p @ along
-        change, self.reaction = reaction - self.reaction, reaction
-        return moved[:, :-1] @ self.p - moved[:, -1], -self.weight * change
+        reaction = -np.einsum("sd,sdn->sn", p.reshape(values.shape), along)
+        change, self.reaction, self.p = weights * (reaction - self.reaction), reaction, p[-d:]
+        return (moved[..., :-1] @ p - moved[..., -1]).ravel(), -change.ravel()
 
-    def _displacement(self, X: Array, z: Array) -> tuple[Array, float]:
-        """The displacement (n,) that the unknown moves, and by how much."""
-        row, j = self.touch.rows[0], self.place
-        return row[:j] @ X[:j] + row[j] * z, float(row[j])
+    def _displacements(self, X: Array, z: Array) -> tuple[Array, Array]:
+        """The displacements (s, n) that the unknowns (s n,) move, and by how much each does (s, s)."""
+        rows = np.array([row for row, _ in self._every])
+        first = self.place + 1 - len(rows)
+        by = rows[:, first : self.place + 1]
+        return rows[:, :first] @ X[:first] + by @ z.reshape(len(rows), -1), by

@@ -62,9 +62,11 @@ class NonlinearTogether(NonlinearSystem):
         """Put the unknowns in place of what `begin` and loads have put there. Raises NewtonFailed."""
         if load is not None:
             X[self.place] += load
+        if pressing is not None:
+            pressing.begin()
         self.before.clear()
         known = -X[self.unknowns].ravel()
-        X[self.unknowns] = self._iterated(X, known, t).reshape(len(self.group), -1)
+        X[self.unknowns] = self._iterated(X, known, t, pressing).reshape(len(self.group), -1)
 
     def taken_at(self, X: Array) -> tuple[Array, Array | None]:
         """As of a single system, at the last one."""

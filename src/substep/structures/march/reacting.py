@@ -7,6 +7,7 @@ import numpy as np
 
 from ...core.arrays import Array
 from ..model.contacts import Contacts
+from ..model.held import Held
 from ..model.model import Model
 from .holding import Holding
 from .pressing import Pressing
@@ -31,6 +32,8 @@ def pressed(structure: Model, steps: Steps, before: Steps) -> tuple[Steps, tuple
     state, and what is reported of a, are without those of reactions.
     """
     contacts, one_of = structure.contacts, Pressing if isinstance(structure.contacts, Contacts) else Holding
+    if isinstance(contacts, Held) and any(len(group) > 1 for group in steps.groups):
+        return steps, _held_together(structure, contacts, steps)
     touched = [k for k, system in enumerate(steps.systems) if system.touch is not None]
     if contacts is None or not touched:
         return steps, (None,) * len(steps.systems)
@@ -54,6 +57,16 @@ def pressed(structure: Model, steps: Steps, before: Steps) -> tuple[Steps, tuple
     reports = np.arange(len(steps.report)) == 2
     out, report = wider(steps.out, before.out, steps.accelerations), wider(steps.report, before.report, reports)
     return replace(steps, out=out, report=report, rows=every, more=len(places)), tuple(found)
+
+
+def _held_together(structure: Model, held: Held, steps: Steps) -> tuple[Pressing | None, ...]:
+    """Nonlinear constraints in the last of the systems that are solved together, which are all of the step."""
+    (group,) = steps.groups
+    stages = tuple((force.u, force.w) for system in group for force in system.forces)
+    last = group[-1]
+    assert last.touch is not None
+    one = Holding(structure, held, last.place, None, 1.0, last.touch, np.zeros(held.size), stages=stages)
+    return *(None for _ in group[1:]), one
 
 
 def _remember(pairs: Sequence[tuple[System, Pressing]], steps: Steps) -> None:

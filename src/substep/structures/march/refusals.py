@@ -95,19 +95,26 @@ def require_contacts(structure: Model, scheme: Scheme, who: str, systems: Sequen
         return
     later = any(x.touch is not None and x.touch.later for x in systems)
     explicit = not any(x.implicit for x in systems)
-    if isinstance(structure.contacts, Held) and explicit and (not later or _starts_otherwise(scheme)):
+    held = isinstance(structure.contacts, Held)
+    if held and explicit and (not later or _starts_otherwise(scheme)):
         raise ValueError(
             f"{who} is explicit: expected for nonlinear constraints of a structure one that starts from u, v and a "
             "and whose balances each hold the next displacement that they move; take central_difference, an implicit "
             "scheme, or declare the structure as a scene"
         )
-    if isinstance(structure.contacts, Held) and any(_at_a_mean(x) for x in systems):
+    if held and any(x.together and x.touch is None for x in systems):
+        raise ValueError(
+            f"{who} solves balances together that do not hold the ends of steps, or not by their reactions: expected "
+            "for nonlinear constraints of a structure such as radau_iia3; take that, or another scheme"
+        )
+    if held and any(_at_a_mean(x) for x in systems):
         raise ValueError(
             f"{who} takes forces at a mean of two displacements: expected a scheme that takes them at displacements of "
             "its own, where the reactions of nonlinear constraints of a structure act; take another scheme, or declare "
             "the structure as a scene"
         )
-    kinds = structure.contacts.kinds if isinstance(structure.contacts, Contacts) else ([] if later else ["gap"])
+    holds = later or any(x.together and x.touch is not None for x in systems)
+    kinds = structure.contacts.kinds if isinstance(structure.contacts, Contacts) else ["gap"][: not holds]
     for kind in kinds:
         if why := why_no_contact(scheme, kind):
             raise ValueError(why)
@@ -130,7 +137,7 @@ def _at_a_mean(system: System) -> bool:
     """Whether a balance takes a force that it moves elsewhere than where its reactions act."""
     if system.touch is None:
         return False
-    if system.touch.later:
+    if system.touch.later or system.together:
         return len(system.displacements) != 1
     moved = [force.u for force in system.forces if force.u[system.place] != 0.0]
     return bool(system.differences) or any(not np.array_equal(u, system.touch.rows[0]) for u in moved)

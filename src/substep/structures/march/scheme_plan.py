@@ -276,8 +276,8 @@ def _steps(
         at_start = ({"u_0": 1.0, "v_0": h * instant}, {"v_0": 1.0}) if "v_0" in places else ({}, {})
         return Touch(np.array([row(x) for x in (u, v, *at_start)]), *map(float, of_reaction))
 
-    def later(held: Sequence[Row] | None) -> Touch | None:
-        return None if held is None else Touch(np.array([row(x) for x in held]), 1.0, 1.0, later=True)
+    def held(found: Sequence[Row] | None) -> Touch | None:
+        return None if found is None else Touch(np.array([row(x) for x in found]), 1.0, 1.0, later=True)
 
     systems = list[System]()
     for kind, name, body in operations:
@@ -297,7 +297,7 @@ def _steps(
                 ended,
                 begin,
                 slice(0),
-                touch(*body["contact"]) if "contact" in body else later(body.get("later")),
+                touch(*body["contact"]) if "contact" in body else held(body.get("held")),
             )
         )
         if ended:
@@ -308,11 +308,17 @@ def _steps(
 
 
 def _grouped(systems: Sequence[System]) -> tuple[System, ...]:
-    """With the places of the unknowns of systems that read each other's; these stand one after another."""
+    """With the places of the unknowns of systems that read each other's; these stand one after another.
+
+    Reactions of such hold the displacements at which they act.
+    """
     found = list[System]()
     while len(found) < len(systems):
         group = [systems[len(found)]]
         while any(row[group[-1].place + 1 :].any() for s in group for row in s.rows):
             group.append(systems[len(found) + len(group)])
-        found += [replace(s, unknowns=slice(group[0].place, group[-1].place + 1)) for s in group]
+        unknowns = slice(group[0].place, group[-1].place + 1)
+        for s in group:
+            own = s.touch if len(group) == 1 or s.touch is None else s.touch._replace(later=False)
+            found.append(replace(s, unknowns=unknowns, touch=own))
     return tuple(found)

@@ -82,7 +82,19 @@ class Together:
         """Put the unknowns in place of their right sides; load (n,), or (n, L): that of the last one."""
         if load is not None:
             X[self.unknowns.stop - 1] += load
-        w, j = combined(self.before, X[self.unknowns]), 0
+        b = X[self.unknowns]
+        self._solved(b, b)
+        if pressing is not None:
+            pressing.begin()
+
+            def factors(right: Array) -> Array:
+                return self._solved(right.reshape(*b.shape, -1)).reshape(right.shape)
+
+            b[:] = pressing.settled(X, b.ravel(), factors).reshape(b.shape)
+
+    def _solved(self, right: Array, out: Array | None = None) -> Array:
+        """The unknowns (s, n) of right sides b, or (s, n, L) of L such, in `out` if given."""
+        w, j = combined(self.before, right), 0
         for solution, pair in self.solutions:
             if pair:
                 found = solution(w[j] + 1j * w[j + 1])
@@ -90,7 +102,7 @@ class Together:
             else:
                 w[j] = solution(w[j])
             j += 1 + pair
-        combined(self.after, w, X[self.unknowns])
+        return combined(self.after, w, out)
 
 
 class Whole(Protocol):
