@@ -1,6 +1,7 @@
 """Nonlinear constraints in a step of a structure: the multipliers with which a balance is solved, and g(u) = 0."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -31,14 +32,16 @@ class Holding(Pressing):
     acts: Array = field(default_factory=lambda: np.empty(0))
     reaction: Array = field(default_factory=lambda: np.empty(0))
 
-    @property
-    def _every(self) -> tuple[tuple[Array, float], ...]:
-        """The stages, or the one balance as such."""
-        return self.stages or ((self.touch.rows[0], self.weight),)
+    @cached_property
+    def _every(self) -> tuple[Array, Array, Array]:
+        """Of the stages, or the one balance: rows of known vectors, and of the unknowns (s, s), and weights (s, 1)."""
+        stages = self.stages or ((self.touch.rows[0], self.weight),)
+        rows, first = np.array([row for row, _ in stages]), self.place + 1 - len(stages)
+        return rows[:, :first], rows[:, first : self.place + 1], np.array([[w] for _, w in stages])
 
     def begin(self) -> None:
         """Begin a solution without reactions."""
-        self.p, self.reaction = np.zeros(self.contacts.size), np.zeros((len(self._every), self.structure.size))
+        self.p, self.reaction = np.zeros(self.contacts.size), np.zeros((len(self.stages) or 1, self.structure.size))
 
     def resume(self, p: Array, u: Array) -> None:
         """Take the multipliers of a step before, at its displacement."""
@@ -61,11 +64,11 @@ class Holding(Pressing):
 
     def settled(self, X: Array, z: Array, factors: Solve, scale: float = 1.0) -> Array:
         """The unknown where g = 0, from the one without reactions. Raises NotFound."""
-        reach, previous = float(np.abs(self._displacements(X, z)[1]).sum(axis=1).max()), np.inf
+        reach, previous = float(np.abs(self._every[1]).sum(axis=1).max()), np.inf
         for _ in range(ITERATIONS):
             dz, _ = self.more(X, z, factors, scale)
             z = z + dz
-            size, U = reach * float(np.abs(dz).max()), self._displacements(X, z)[0]
+            size, U = reach * float(np.abs(dz).max()), self._displacements(X, z)
             largest = max(self.contacts.length, float(np.abs(U).max()))
             if size <= EXACT * largest or (size >= 0.5 * previous and size <= ROUNDING * largest):
                 return z
@@ -76,7 +79,7 @@ class Holding(Pressing):
 
     def kept(self, X: Array, z: Array) -> bool:
         """Whether g vanishes, but for rounding."""
-        for u in self._displacements(X, z)[0]:
+        for u in self._displacements(X, z):
             values, G = self.contacts.at(u)
             if not (np.abs(values) <= KEPT * (np.abs(G) @ np.maximum(np.abs(u), self.contacts.length))).all():
                 return False
@@ -87,27 +90,26 @@ class Holding(Pressing):
 
         Raises NotFound where constraints have become dependent.
         """
-        (U, by), d = self._displacements(X, z), self.contacts.size
-        values, G = (np.array(x) for x in zip(*map(self.contacts.at, U), strict=True))
-        along = G if not self.acts.any() else self.contacts.at(self.acts[: self.place] @ X[: self.place])[1][None]
-        weights, right = np.array([[w] for _, w in self._every]), np.zeros((*U.shape, values.size + 1))
+        U, (_, by, weights), d = self._displacements(X, z), self._every, self.contacts.size
+        at = [self.contacts.at(u) for u in U]
+        values, G = np.concatenate([x for x, _ in at]), np.array([x for _, x in at])
+        along = G if not len(self.acts) else self.contacts.at(self.acts[: self.place] @ X[: self.place])[1][None]
+        right = np.zeros((*U.shape, values.size + 1))
         for i, directions in enumerate(along):
             right[i, :, i * d : (i + 1) * d] = -directions.T
         right[..., -1] = self.reaction
         right *= weights[..., None] / scale
         moved = factors(right.reshape(z.size, -1)).reshape(right.shape)
-        compliance = (G @ np.tensordot(by, moved, 1)).reshape(values.size, -1)
+        compliance = (G @ (by @ moved.reshape(len(U), -1)).reshape(right.shape)).reshape(values.size, -1)
         try:
-            p = np.linalg.solve(compliance[:, :-1], compliance[:, -1] - values.ravel())
+            p = np.linalg.solve(compliance[:, :-1], compliance[:, -1] - values)
         except np.linalg.LinAlgError as error:
             raise NotFound from error
-        reaction = -np.einsum("sd,sdn->sn", p.reshape(values.shape), along)
+        reaction = -(p.reshape(-1, 1, d) @ along)[:, 0]
         change, self.reaction, self.p = weights * (reaction - self.reaction), reaction, p[-d:]
         return (moved[..., :-1] @ p - moved[..., -1]).ravel(), -change.ravel()
 
-    def _displacements(self, X: Array, z: Array) -> tuple[Array, Array]:
-        """The displacements (s, n) that the unknowns (s n,) move, and by how much each does (s, s)."""
-        rows = np.array([row for row, _ in self._every])
-        first = self.place + 1 - len(rows)
-        by = rows[:, first : self.place + 1]
-        return rows[:, :first] @ X[:first] + by @ z.reshape(len(rows), -1), by
+    def _displacements(self, X: Array, z: Array) -> Array:
+        """The displacements (s, n) that the unknowns (s n,) move."""
+        known, by, _ = self._every
+        return known @ X[: known.shape[1]] + by @ z.reshape(len(by), -1)
