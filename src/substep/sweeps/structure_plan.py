@@ -233,7 +233,8 @@ def planned_structure(
     if load is not None and ground is not None:
         raise ValueError("expected load or ground as the axis of cases, got both; give one")
     loads, records, dampings = (_listed(name, x) for name, x in (("load", load), ("ground", ground), ("C", C)))
-    models, factors = _alike(structure), None if scale is None else np.atleast_1d(real_array("scale", scale))
+    models = [s.asked_anew() for s in _alike(structure)]
+    factors = None if scale is None else np.atleast_1d(real_array("scale", scale))
     if factors is not None and (records is None or factors.ndim != 1):
         got = "no ground" if records is None else f"shape {factors.shape}"
         raise ValueError(f"expected scale as a row of factors of the records in ground, got {got}; give both as lists")

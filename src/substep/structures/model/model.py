@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...core.arrays import Array
-from ...core.loads import Load, Record, values_at
+from ...core.loads import Load, Record, is_known, values_at
 from ..solvers.factorization import SingularMatrix, Solver, factorize
 from ..solvers.matrices import (
     Matrix,
     added,
+    arrays_of,
     asymmetry,
     combination,
     diagonal_of,
@@ -66,6 +67,27 @@ class Model:
     given_loads: int = 0
     static: bool = False
     contacts: Contacts | Held | None = None
+
+    def asked_anew(self) -> "Model":
+        """Itself, without what functions of the user's answered at the start: what they read may have changed since.
+
+        Another one, with the tangent at the start as K, where that has.
+        """
+        force = self.internal
+        own = force is not None and (not isinstance(force, RememberingForce) or force.material is not None)
+        if not own and not isinstance(self.contacts, Held) and all(is_known(g) for _, g in self.loads):
+            return self
+        for name in ("force_damping", "memory0", "at_start", "a0"):
+            self.__dict__.pop(name, None)
+        if not own or force is None:
+            return self
+        force.kept.clear()
+        if force.tangent is None:
+            return self
+        tangent = force.at_start(self.u0, self.v0)[0]
+        pairs = zip(arrays_of(tangent), arrays_of(self.K), strict=False)
+        same = is_operator(tangent) or all(np.array_equal(x, y) for x, y in pairs)
+        return self if same else replace(self, K=tangent)
 
     @property
     def size(self) -> int:
