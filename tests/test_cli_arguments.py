@@ -49,6 +49,51 @@ def test_a_file_that_is_not_there_is_refused_with_a_cure(arguments: list[str]) -
     assert re.search(r"expected a file to read, got none\.(AT2|py), which is not there; correct the path", said)
 
 
+OF_NOTHING = {
+    "chart bathe --over Omega": "--over without --quantity",
+    "chart bathe --full": "--full without work-precision",
+    "chart work-precision rod --xi 0.05": "--xi with work-precision",
+    "failure-map --pixels 256": "--pixels without --out",
+    "failure-map --out folder --port 8000": "--port with --out",
+    "failure-map --out folder --open": "--open with --out",
+    "schemes --markdown --references": "--references with --markdown",
+    "show bathe --html page.html --latex": "--latex with --html",
+    "design newmark --several-stiffnesses": "--one-stiffness with a scheme",
+    "audit list --json reports.json": "--json with list",
+}
+
+
+@pytest.mark.parametrize("line", OF_NOTHING)
+def test_an_option_of_which_nothing_is_made_is_refused(line: str) -> None:
+    result = runner.invoke(commands.app, line.split())
+    assert result.exit_code == 2
+    said = " ".join(result.output.replace("│", " ").split())
+    assert f"expected no {OF_NOTHING[line]}, of which nothing is made there" in said
+
+
+def test_parameters_of_a_scheme_that_is_to_be_l_stable_are_those_of_rho_inf_0() -> None:
+    by_name, by_number = (
+        runner.invoke(commands.app, ["design", "generalized_alpha", *options]).output
+        for options in (["--l-stable"], ["--rho-inf", "0"])
+    )
+    assert by_name == by_number
+    assert "alpha_m = -1, alpha_f = 0" in by_name
+    both = runner.invoke(commands.app, ["design", "generalized_alpha", "--l-stable", "--rho-inf", "1/2"])
+    assert "the first is --rho-inf 0" in " ".join(both.output.replace("│", " ").split())
+
+
+def test_schemes_of_one_name_in_two_files_are_two_curves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("one", "two"):
+        Path(f"{name}.py").write_text(OWN.replace("Rational(3, 5)", "Rational(3, 5)" if name == "one" else "1"))
+    drawn: dict[str, object] = {}
+    monkeypatch.setattr("substep.figures.charts.quantity_figure", lambda *given: drawn.update(given[3]))
+    monkeypatch.setattr("substep.figures.charts.save", lambda *_: None)
+    line = ["chart", "one.py:mine", "two.py:mine", "--quantity", "spectral_radius"]
+    assert runner.invoke(commands.app, line).exit_code == 0
+    assert list(drawn) == ["one.py:mine", "two.py:mine"]
+
+
 OWN = """
 from sympy import Interval, Rational, Symbol
 from substep_derive import Balance, Parameter, Scheme, h, knot

@@ -67,6 +67,14 @@ def test_the_standard_error_is_that_of_the_mean(make: Any) -> None:
     assert np.mean(np.abs(off) < st.t(15).ppf(0.975)) >= 0.8
 
 
+def test_the_order_of_draws_does_not_matter() -> None:
+    """Replicates whose draws no longer stand together, as after sorting, are still those of the sampler."""
+    ds = ss.sweep("linear_oscillator", "newmark", dt=0.1, t_end=1.0, omega=OMEGA, samples=256)
+    of = ss.uncertainty(ds).u.to_numpy()
+    for other in (ds.sortby("omega"), ds.isel(draw=np.random.default_rng(0).permutation(256))):
+        assert np.allclose(ss.uncertainty(other).u, of, rtol=1e-12)
+
+
 def test_it_falls_faster_than_with_random_draws() -> None:
     def fall(make: Any) -> float:
         return of_u(make(2**8))[1] / of_u(make(2**14))[1]

@@ -261,6 +261,17 @@ def test_an_incremental_analysis_scales_records_until_they_collapse() -> None:
     assert [len(axes.lines) for axes in drawn.axes] == [6, 6]
 
 
+def test_what_one_record_leaves_unknown_is_no_part_that_stands() -> None:
+    """Central differences are unstable at T = 0.1 s in the steps of the second record."""
+    times = {0.02: np.arange(0.0, 5.0, 0.02), 0.1: np.arange(0.0, 5.0, 0.1)}
+    records = [ss.Record(dt, 3.0 * np.sin(5.0 * t)) for dt, t in times.items()]
+    s = ss.incremental_dynamic_analysis(records, [0.1, 1.0], [1.0, 1e6], 2.0, scheme="central_difference")
+    assert s.unstable == 1
+    assert np.isnan(s.collapse_fraction[0]).all()
+    assert np.isnan(s.ductility_fractile[:, 0]).all()
+    assert s.collapse_fraction[1].to_numpy().tolist() == [0.0, 1.0]
+
+
 @pytest.mark.parametrize(
     ("text", "options"),
     [

@@ -124,3 +124,19 @@ def test_modal_damping_beside_an_internal_force_is_refused() -> None:
     s = ss.structure(M, C=ss.modal_damping(0.02, modes=2), internal_force=lambda u: K @ u, tangent=lambda u: K, u0=U0)
     with pytest.raises(ValueError, match="expected damping and tangents as dense or sparse matrices where balances"):
         ss.march(s, "gauss2", dt=H, t_end=H, account=False)
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.parametrize("name", ["gauss2", "radau_iia3", "lobatto_iiic3", "discontinuous_galerkin_p1"])
+@pytest.mark.parametrize("n", [1, 2])
+def test_nonlinear_structures_in_chosen_steps(name: str, n: int) -> None:
+    """Against SciPy; one and two degrees of freedom, as the error was once filtered by the matrix of all blocks."""
+    frame = ss.structure(
+        np.eye(n), internal_force=lambda u: 100.0 * u + u**3, tangent=lambda u: np.diag(100.0 + 3.0 * u**2), u0=1.0
+    )
+    r = ss.march(frame, name, tol=1e-7, t_end=0.5)
+    wanted = solve_ivp(
+        lambda _, y: [y[1], -100.0 * y[0] - y[0] ** 3], (0.0, 0.5), [1.0, 0.0], method="DOP853", rtol=1e-12, atol=1e-13
+    )
+    assert r.status == "completed"
+    assert np.abs(r.u[-1] - wanted.y[0, -1]).max() < 1e-5

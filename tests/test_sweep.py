@@ -229,3 +229,19 @@ def test_a_handle_changed_by_hand_is_refused() -> None:
     changed = replace(ss.scene("linear_oscillator", omega=1.0), u0=np.array([5.0]))
     with pytest.raises(ValueError, match=r"u0 = \[1.\], got \[5.\]; set parameters"):
         ss.sweep(changed, "newmark", dt=0.1, t_end=1.0)
+
+
+@pytest.mark.usefixtures("uncompiled")
+def test_accelerations_end_where_a_run_ends() -> None:
+    """Of a scheme without its own: what does not depend on u and v stood in rows after the end."""
+    call: dict[str, Any] = {"dt": 0.05, "t_end": 3.0, "v0": [1.0, 5.0], "energy_bound": 10.0}
+    ds, last, peak = (
+        ss.sweep("rigid_pendulum", "energy_momentum", keep=keep, **call) for keep in ("history", "final", "peak")
+    )
+    for k, v0 in enumerate(call["v0"]):
+        r = ss.march(ss.scene("rigid_pendulum", v0=v0), "energy_momentum", 0.05, 3.0, energy_bound=10.0)
+        n = len(r.t)
+        assert np.allclose(ds.a[k, :n], r.a, rtol=1e-9, atol=1e-9)
+        assert np.isnan(ds.a[k, n:]).all()
+        assert np.isnan(last.a[k]).all() == (r.status != "completed")
+        assert np.allclose(peak.peak_a[k], np.abs(r.a).max(axis=0), rtol=1e-9, atol=1e-9)

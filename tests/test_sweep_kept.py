@@ -236,6 +236,14 @@ def test_a_load_of_ones_own_whose_code_changed_is_another(tmp_path: Path) -> Non
         ss.sweep("linear_oscillator", "newmark", load=ramp(-1.0), **call)
 
 
+def test_rows_along_another_dimension_are_another_sweep(tmp_path: Path) -> None:
+    call: dict[str, Any] = {"dt": 0.1, "t_end": 1.0, "save": tmp_path / "sweep.zarr"}
+    call |= {"omega": xr.DataArray([1.0, 2.0], dims="p"), "xi": xr.DataArray([0.0, 0.1], dims="q")}
+    ss.sweep("linear_oscillator", "newmark", **call, u0=xr.DataArray([1.0, 3.0], dims="p"))
+    with pytest.raises(ValueError, match=r"expected u0 along p as in .*, got it along q"):
+        ss.sweep("linear_oscillator", "newmark", **call, u0=xr.DataArray([1.0, 3.0], dims="q"))
+
+
 @pytest.mark.usefixtures("small")
 def test_a_cluster_that_loses_a_worker_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from distributed import Client, LocalCluster

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from substep.cli.arguments import numbers, require_folders
+from substep.cli.arguments import numbers, refuse, require_folders
 from substep.cli.command import Command
 
 
@@ -27,6 +27,10 @@ def audit(
 
     console = Console()
     if program == "list":
+        try:
+            refuse(context, ("integrator", "python", "json", "html"), "with list")
+        except ValueError as error:
+            raise typer.BadParameter(str(error)) from error
         console.print("\n".join(programs.programs()), highlight=False)
         return
     try:

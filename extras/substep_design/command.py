@@ -4,12 +4,13 @@ from typing import Annotated
 
 import typer
 
-from substep.cli.arguments import declared, known_schemes, working
+from substep.cli.arguments import declared, known_schemes, refuse, working
 from substep.cli.command import Command
 from substep.cli.lines import folded
 
 
 def design(
+    context: typer.Context,
     name: Annotated[
         str | None,
         typer.Argument(
@@ -35,6 +36,11 @@ def design(
 
     radius = None if rho_inf == "any" or (name is not None and rho_inf == "free") else rho_inf
     try:
+        refuse(context, () if name is None else ("one_stiffness", "least", "cpu_seconds"), "with a scheme")
+        if name is not None and l_stable:
+            if rho_inf not in ("any", "0"):
+                raise ValueError(f"expected --l-stable, or --rho-inf, got both, {rho_inf}; the first is --rho-inf 0")
+            radius = "0"
         if name is not None and sub_steps is not None:
             raise ValueError("expected a scheme or --sub-steps, got both; leave one of them out")
         if name is not None:

@@ -1,7 +1,7 @@
 """Options whose names are parameters of schemes and scenes, which the command line does not know in advance."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from fractions import Fraction
 from pathlib import Path
@@ -59,6 +59,19 @@ def scene_of(name: str, a0: str, strain: str, parameters: dict[str, float]) -> S
     if a0:
         options["a0"] = a0 if a0 == "consistent" else [number("--a0", x) for x in a0.split(",")]
     return scene(name, **options, **parameters)
+
+
+def given_of(context: typer.Context, options: Iterable[str]) -> list[str]:
+    """Those of the command's options, by the names of its arguments, that were given."""
+    sources = ((name, context.get_parameter_source(name)) for name in options)
+    return [name for name, source in sources if source is not None and source.name != "DEFAULT"]
+
+
+def refuse(context: typer.Context, options: Iterable[str], where: str) -> None:
+    """Raise ValueError for an option that was given and that nothing is made of; where: that is so, in words."""
+    for name in given_of(context, options):
+        option = next(p.opts[0] for p in context.command.params if p.name == name)
+        raise ValueError(f"expected no {option} {where}, of which nothing is made there, got it; leave it out")
 
 
 def require_files(*files: Path | None) -> None:

@@ -12,7 +12,7 @@ from rich.console import Console
 
 from ..core.schemes import Kind, Scheme, scheme
 from ..core.schemes import schemes as scheme_names
-from .arguments import SchemeArgument, declared, require_folders, scheme_of, source_of, working
+from .arguments import SchemeArgument, declared, refuse, require_folders, scheme_of, source_of, working
 from .lines import width, wrapped
 
 if TYPE_CHECKING:
@@ -30,6 +30,7 @@ LINE = 78  # columns of a line in lists
 
 
 def schemes(
+    context: typer.Context,
     search: Annotated[str, typer.Argument(help="a text in a name, a synonym or a reference")] = "",
     order: Annotated[int | None, typer.Option(help="of u and v, the lower of the two")] = None,
     solves: Annotated[int | None, typer.Option(help="balances a step")] = None,
@@ -46,6 +47,10 @@ def schemes(
     L-stable; else for which Omega, undamped. solves: balances a step. growth: overshoot, the powers of Omega with which
     u and v/omega grow in the first step.
     """
+    try:
+        refuse(context, ("references", "parameters") if markdown else (), "with --markdown")
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
     names = scheme_names(
         order=order, solves=solves, A_stable=A_stable, L_stable=L_stable, explicit=explicit, search=search
     )
@@ -92,6 +97,7 @@ def _parameters(s: Scheme) -> str:
 
 
 def show(
+    context: typer.Context,
     name: SchemeArgument,
     part: Annotated[
         Part | None, typer.Option(metavar="PART", help=f"closed forms, derived now: {', '.join(get_args(Part))}")
@@ -110,6 +116,7 @@ def show(
 
     try:
         require_folders(html)
+        refuse(context, ("latex",) if html else (), "with --html")
         s = scheme_of(name)
         if part is None and not latex and html is None:
             with working(f"deriving {name}"):

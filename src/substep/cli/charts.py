@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 from rich.progress import Progress
 
-from .arguments import known_schemes, require_folders, scheme_of, working
+from .arguments import known_schemes, refuse, require_folders, scheme_of, working
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -22,6 +22,7 @@ Over = Literal["h/T", "Omega"]
 
 
 def chart(
+    context: typer.Context,
     names: Annotated[
         list[str],
         typer.Argument(
@@ -44,7 +45,14 @@ def chart(
     three models, into the folder of the file. work-precision rod rods crank squeezer: these scenes alone, which have
     constraints.
     """
-    if names[0] == "work-precision":
+    of_work = names[0] == "work-precision"
+    try:
+        useless, where = (("quantity", "over", "xi"), "with") if of_work else (("full",), "without")
+        refuse(context, useless, f"{where} work-precision")
+        refuse(context, () if quantity else ("over",), "without --quantity")
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+    if of_work:
         _work_precision(file.parent, names[1:], full)
         return
     from ..figures import charts  # noqa: PLC0415 (Matplotlib only when asked for)
@@ -54,7 +62,8 @@ def chart(
     try:
         require_folders(file)
         with working(f"drawing {', '.join(names)}"):
-            drawn = {_label(name): scheme_of(name) for name in names}
+            several = len({*map(_label, names)}) < len({*names})  # two files may have schemes of one name
+            drawn = {name if several else _label(name): scheme_of(name) for name in names}
             if quantity is None:
                 amplitude = {name: s.amplitude_error(narrow, xi) for name, s in drawn.items()}
                 period = {name: s.period_error(narrow, xi) for name, s in drawn.items()}

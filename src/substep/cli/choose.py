@@ -13,6 +13,7 @@ from .arguments import (
     SceneArgument,
     StartOption,
     StrainOption,
+    given_of,
     integers,
     numbers,
     require_files,
@@ -135,8 +136,7 @@ def _announce(candidates: "Sequence[Scheme] | None") -> None:
 
 def _require_one(context: typer.Context, scene_name: str, mass: Path | None, stiffness: Path | None) -> None:
     """Raise ValueError unless there is a scene or both matrices, with options of that kind alone."""
-    sources = {name: context.get_parameter_source(name) for name in (*OF_SCENES, *OF_STRUCTURES)}
-    given = [name for name, source in sources.items() if source is not None and source.name != "DEFAULT"]
+    given = given_of(context, (*OF_SCENES, *OF_STRUCTURES))
     if scene_name and mass is None and stiffness is None:
         kind, others = "a scene", [name for name in given if name in OF_STRUCTURES]
     elif mass is not None and stiffness is not None:

@@ -5,12 +5,13 @@ from typing import Annotated, Literal
 
 import typer
 
-from .arguments import known_schemes, scheme_of
+from .arguments import known_schemes, refuse, scheme_of
 
 Plane = Literal["h-EA", "h-v0", "v0-EA"]
 
 
 def failure_map(
+    context: typer.Context,
     names: Annotated[
         list[str] | None,
         typer.Argument(help="schemes such as bathe, newmark:beta=1/4 or file.py:mine", autocompletion=known_schemes),
@@ -34,6 +35,8 @@ def failure_map(
     from ..studies.failures import tiles  # noqa: PLC0415
 
     try:
+        server_alone, files_alone = ("port", "show"), ("pixels", "plane")
+        refuse(context, files_alone if out is None else server_alone, "with" + "out" * (out is None) + " --out")
         own = {name: scheme_of(name) for name in names or ["average_acceleration"]}
         found(device)
         if out is not None:

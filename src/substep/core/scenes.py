@@ -379,6 +379,21 @@ def make_scene(
     return replace(draft, a0=np.broadcast_to(np.nan, u0.shape) if later else _acceleration(draft, wanted))
 
 
+def require_made(scene: Scene) -> None:
+    """Raise ValueError for a scene whose start is not the one that `make_scene` makes of it.
+
+    `dataclasses.replace` has changed it, or a load of the user's has another value at t = 0 than when it was made.
+    """
+    again = make_scene(scene.info, scene.parameters, scene.a0_asked, scene.load)
+    for name in ("u0", "v0", "a0"):
+        given, made = getattr(scene, name), getattr(again, name)
+        if not np.array_equal(given, made, equal_nan=True):
+            raise ValueError(
+                f"expected a scene as ss.scene makes it, {name} = {made}, got {given}; set parameters instead, or make "
+                "it anew where what its load reads has changed"
+            )
+
+
 def _remade(source: Any, parameters: dict[str, Any], a0: ArrayLike | str | None, load: Load | None) -> Scene:
     """A scene from what a pickled one keeps."""
     return make_scene(scene_info(source, {}), parameters, a0, load)

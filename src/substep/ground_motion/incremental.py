@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..core.arrays import Array, named
 from ..core.coefficients import refuse_damping
@@ -61,7 +61,8 @@ def incremental_dynamic_analysis(
     at the samples, inf where the oscillator has collapsed; displacement, m, as it was marched, also beyond; collapsed;
     scale and S_a. Over fractile, period and intensity ductility_fractile, of the records, 0.16, 0.5 and 0.84, linear
     between two of them, inf where the upper one has collapsed; collapse_fraction, of the records, over period and
-    intensity. Where the scheme is unstable values are NaN; attrs["unstable"] counts oscillators.
+    intensity. Where the scheme is unstable values are NaN, these two also where it is so under one record;
+    attrs["unstable"] counts oscillators.
 
     Method: D. Vamvatsikos and C. A. Cornell, Incremental dynamic analysis, Earthquake Engng Struct. Dyn. 31, 491-514,
     2002. Raises ValueError and OSError as `substep.inelastic_spectrum` does.
@@ -99,9 +100,9 @@ def incremental_dynamic_analysis(
                     f"expected records that move an oscillator, to be scaled, got record {r + 1} of {len(loads)} under "
                     f"which one of T = {T[int(np.argmax(still))]:g} s stays at rest; leave it out"
                 )
-            with np.errstate(divide="ignore"):
+            with np.errstate(divide="ignore", invalid="ignore"):
                 scale[r] = levels if measure == "scale" else levels / elastic[:, None]
-            S_a[r] = elastic[:, None] * scale[r]
+                S_a[r] = elastic[:, None] * scale[r]
             known = np.isfinite(elastic) & np.isfinite(scale[r]).all(axis=1)
             weaker = (
                 np.broadcast_to(yields, T.shape)[known, None] / scale[r, known]
@@ -125,7 +126,7 @@ def incremental_dynamic_analysis(
             ("fractile", *over[1:]), _fractiles(ductility), {"long_name": f"{text}, of the records", "units": "1"}
         ),
         "collapse_fraction": named(
-            over[1:], collapsed.mean(axis=0), {"long_name": "part of the records that collapse", "units": "1"}
+            over[1:], _fraction(ductility, collapsed), {"long_name": "part of the records that collapse", "units": "1"}
         ),
     }
     coordinates = {
@@ -160,6 +161,11 @@ def _positive(name: str, values: ArrayLike) -> Array:
     if not row.size or (row <= 0.0).any():
         raise ValueError(f"expected {name} > 0, got {row.min() if row.size else 'none'}; give positive values")
     return row
+
+
+def _fraction(ductility: Array, collapsed: NDArray[np.bool_]) -> Array:
+    """The part of the records, the first axis, that collapse; NaN where it is not known of all of them."""
+    return np.where(np.isnan(ductility).any(axis=0), np.nan, collapsed.mean(axis=0))
 
 
 def _fractiles(ductility: Array) -> Array:

@@ -17,19 +17,19 @@ from ..core.arrays import Array, repeated
 from ..core.between_steps import Event, ascending, ended, require_reached, sampled
 from ..core.constraints import pressures
 from ..core.errors import called_as, real_number, warn
-from ..core.loads import behind_jump
+from ..core.loads import behind_jump, is_known
 from ..core.memory import require_histories
 from ..core.outcome import STATUSES, Status
 from ..core.response import Response
 from ..core.scene_catalogue import arguments_of, scene_info, scenes
-from ..core.scenes import Scene
+from ..core.scenes import Scene, require_made
 from ..core.scenes import scene as make_scene
 from ..core.scheme_names import unknown_argument
 from ..core.schemes import Scheme, schemes
 from ..core.state import State, bare, require_coordinates, whose
 from ..core.unkept import staying
 from ..run.clock import AT_ZERO, CHOSEN, Begin, ConstantSteps, Control, steps_of
-from ..run.schemes import numbers_only
+from ..run.schemes import numbers_only, under_way
 from .adaptive import march_adaptive
 from .decay import require_decay
 from .gained import gained
@@ -177,6 +177,8 @@ def marched(
     scheme = numbers_only(scheme, "substep.sweep takes arrays")
     scene = make_scene(scene)
     require_coordinates(start, scene.coordinates, scene.name)
+    if start is None and not is_known(scene.load):
+        require_made(scene)
     state = None if start is None else _on_scene(scene, State.given(start, scheme))
     steps = steps_of(dt, tol, t_end, stride=stride, length=scene.length, start=state, chosen=chosen)
     bound = math.inf if energy_bound is None else real_number("energy_bound", energy_bound)
@@ -194,14 +196,15 @@ def marched(
     require_histories(n, stride, 3 * scene.u0.shape[-1], scheme.balances + scheme.info.loads * scene.info.sampled)
     more = len(pair_kernels(scene, scheme).STATE) - len(scheme.state)
     labels = [*bare(scheme.state), *["u of the tangent"] * more]
+    begin = _begun(steps, state, labels, "scene", scheme)
     lanes = march_lanes(
         scene, scheme, np.array([steps.dt]), np.array([n]), start=_vectors(scene, state), memory=_memory(scene, state),
-        begin=_begun(steps, state, labels, "scene", scheme), bound=bound, stride=stride, history=True, counts=True,
+        begin=begin, bound=bound, stride=stride, history=True, counts=True,
     )  # fmt: skip
     n_done = int(lanes.n_done[0])
     rows = lanes.out[0, : n_done // stride + 1]
     status, iterations = STATUSES[int(lanes.status[0])], lanes.iterations[0, :n_done]
-    known = "scene", labels, lanes.state[0]
+    known = ("scene", labels, lanes.state[0]) if under_way(scheme, begin, n_done) else None
     memory = lanes.memory[0, : len(rows)] if scene.info.memory else None
     first, largest = abs(float(lanes.first[0])), float(lanes.peak[0])
     growth = largest / first if first else math.inf
@@ -332,15 +335,16 @@ def _oscillator_response(
     scene: Scene, scheme: Scheme, steps: ConstantSteps, bound: float, state: State | None
 ) -> Response:
     labels = [scheme.state[k] for k in coefficients.marched(scheme)]
+    begin = _begun(steps, state, labels, "oscillator", scheme)
     lanes = march_oscillators(
-        scene, scheme, steps.dt, steps.n, 1, start=_vectors(scene, state),
-        begin=_begun(steps, state, labels, "oscillator", scheme), bound=bound, stride=steps.stride,
-    )  # fmt: skip
+        scene, scheme, steps.dt, steps.n, 1, start=_vectors(scene, state), begin=begin, bound=bound, stride=steps.stride
+    )
     n_done = int(lanes.n_done[0])
     iterations = np.ndarray((n_done, scheme.balances), np.int64, bytes(8), strides=(0, 0))  # read-only zeros, as one 0
     rows = lanes.out[: n_done // steps.stride + 1]
     status = STATUSES[int(lanes.status[0])]
-    known = ("oscillator", labels, lanes.x) if status == "completed" else None
+    carries = status == "completed" and under_way(scheme, begin, n_done)
+    known = ("oscillator", labels, lanes.x) if carries else None
     return _response(scene, scheme, steps, rows, n_done, status, iterations, state, known)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from ..core.arrays import Array
 from ..core.schemes import Scheme
 from ..core.schemes import scheme as make_scheme
+from .clock import Begin
 
 if TYPE_CHECKING:
     from ..derived.modules import Declaration
@@ -20,6 +21,11 @@ def numbers_only(scheme: "Scheme | str | Declaration", cure: str) -> Scheme:
         if value.ndim:
             raise ValueError(f"expected one value for {name} of {found.name}, got an array; {cure}")
     return found
+
+
+def under_way(scheme: Scheme, begin: Begin, n: int) -> bool:
+    """Whether a scheme carries a history of its own after n steps, or another one is still starting it."""
+    return begin.rows is not None or n >= scheme.starting_steps
 
 
 def carried(history: Iterable[tuple[int, int]], done: Any, row: Callable[[Any, int], Array]) -> Array:

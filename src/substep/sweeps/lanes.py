@@ -193,7 +193,10 @@ def largest_moduli(x: Array, larger: Any = np.fmax) -> Array:
 
 
 def _accelerations(scene: Scene, t: Array, u: Array, v: Array, memory: Array) -> Array:
-    """Accelerations (P, rows, d) of a scheme without its own: from the equation of motion, the start's as given."""
-    a = scene.acceleration(t, u, v, memory)
+    """Accelerations (P, rows, d) of a scheme without its own: from the equation of motion, the start's as given.
+
+    Where a run did not come they are NaN, also of coordinates on which nothing but constants and reactions acts.
+    """
+    a = np.where(np.isnan(u), np.nan, scene.acceleration(t, u, v, memory))
     a[:, 0] = scene.a0
     return a

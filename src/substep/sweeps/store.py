@@ -77,6 +77,11 @@ class Store:
         for name in (name for name, x in template.coords.items() if x.dims and set(x.dims) <= set(axes)):
             if name not in found.coords:
                 raise ValueError(f"expected a sweep without {name} as in {self.path}, got it; {cure}")
+            if template[name].dims != found[name].dims:
+                raise ValueError(
+                    f"expected {name} along {', '.join(map(str, found[name].dims))} as in {self.path}, got it along "
+                    f"{', '.join(map(str, template[name].dims))}; {cure}"
+                )
             here, there = template[name].values, found[name].values
             if len(here) != len(there):
                 raise ValueError(f"expected {len(there)} values of {name} as in {self.path}, got {len(here)}; {cure}")

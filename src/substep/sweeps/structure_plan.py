@@ -24,6 +24,7 @@ from ..core.schemes import scheme as make_scheme
 from ..core.threads import spread
 from ..run.axes import RESERVED, Keep, asked
 from ..run.clock import Control, number_of_steps
+from ..structures.march.asked_again import asked_anew
 from ..structures.march.going_on import at_start, first_held
 from ..structures.march.march_structure import chosen_clock
 from ..structures.march.reacting import suited
@@ -232,7 +233,8 @@ def planned_structure(
     if load is not None and ground is not None:
         raise ValueError("expected load or ground as the axis of cases, got both; give one")
     loads, records, dampings = (_listed(name, x) for name, x in (("load", load), ("ground", ground), ("C", C)))
-    models, factors = _alike(structure), None if scale is None else np.atleast_1d(real_array("scale", scale))
+    models = [asked_anew(s) for s in _alike(structure)]
+    factors = None if scale is None else np.atleast_1d(real_array("scale", scale))
     if factors is not None and (records is None or factors.ndim != 1):
         got = "no ground" if records is None else f"shape {factors.shape}"
         raise ValueError(f"expected scale as a row of factors of the records in ground, got {got}; give both as lists")

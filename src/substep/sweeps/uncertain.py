@@ -59,8 +59,9 @@ def uncertainty(ds: Dataset, percentiles: ArrayLike = (5, 50, 95)) -> Dataset:
             "give that of distributions, whole, or name a dimension of your own draws so: ds.rename(structure='draw')"
         )
     q = np.atleast_1d(inside("percentiles", percentiles, 0.0, 100.0, False, False))
-    completed = ds["status"] == COMPLETED
     replicate = ds["replicate"].values if "replicate" in ds.coords else np.arange(ds.sizes["draw"])
+    ds = ds.isel(draw=np.argsort(replicate, kind="stable"))  # draws may have been sorted by something else
+    completed, replicate = ds["status"] == COMPLETED, np.sort(replicate)
     starts = np.flatnonzero(np.diff(replicate, prepend=-1))
     found: dict[str, Any] = {}
     for name, variable in ds.data_vars.items():

@@ -1,18 +1,51 @@
-"""Whether an internal force answers the same question twice alike: one that keeps a memory of its own does not."""
+"""Whether an internal force answers the same question twice alike: one that keeps a memory of its own does not.
 
-from typing import NamedTuple
+Between two marches it may, since what a function of the user's reads may have changed.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from ...core.arrays import Array
+from ...core.loads import is_known
+from ..model.held import Held
 from ..model.internal_force import InternalForce
 from ..model.memory import Memory, Recalled, RememberingForce
+from ..model.model import Model
 from ..solvers.combine import combined
+from ..solvers.matrices import arrays_of, is_operator
 from .steps import Run
 from .time_loop import Trial
 
 EVERY = 64  # steps; before that after 1, 2, 4, 8, ..
 SAME = 1e-9  # of the largest force so far
+
+
+M = TypeVar("M", bound=Model)
+
+
+def asked_anew(structure: M) -> M:
+    """The structure without what functions of the user's answered at the start: what they read may have changed since.
+
+    Another one, with the tangent at the start as K, where that has.
+    """
+    force = structure.internal
+    own = force is not None and (not isinstance(force, RememberingForce) or force.material is not None)
+    if not own and not isinstance(structure.contacts, Held) and all(is_known(g) for _, g in structure.loads):
+        return structure
+    for name in ("force_damping", "memory0", "at_start", "a0"):
+        structure.__dict__.pop(name, None)
+    if not own or force is None:
+        return structure
+    force.kept.clear()
+    if force.tangent is None:
+        return structure
+    tangent = force.at_start(structure.u0, structure.v0)[0]
+    pairs = zip(arrays_of(tangent), arrays_of(structure.K), strict=False)
+    same = is_operator(tangent) or all(np.array_equal(x, y) for x, y in pairs)
+    return structure if same else replace(structure, K=tangent)
 
 
 class Question(NamedTuple):

@@ -77,7 +77,8 @@ def filtered(march: StructureSteps, error: Array) -> Array:
     s = march.run.structure
     for system, solver in list(zip(march.steps.systems, march.systems, strict=True))[::-1]:
         j = system.place
-        if system.balance and system.implicit and solver.solve is not None:
+        alone = system.unknowns.stop - system.unknowns.start == 1
+        if alone and system.balance and system.implicit and solver.solve is not None:
             free = float(system.inertia[j]) * (s.M @ error)
             if s.C is not None and system.damping[j] != 0.0:
                 free += float(system.damping[j]) * (s.damping @ error)

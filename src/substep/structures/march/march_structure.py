@@ -17,7 +17,7 @@ from ...run.clock import CHOSEN, Control, steps_of
 from ...run.schemes import numbers_only
 from ..model.given import Dof
 from ..model.model import Model
-from .asked_again import AskedAgain
+from .asked_again import AskedAgain, asked_anew
 from .energies import WARN
 from .event_histories import EventHistories
 from .fixed_steps import FixedSteps
@@ -82,7 +82,7 @@ def march_structure(
 
     start: as for scenes, with u, v, a (N,) of all degrees of freedom, from which the run goes on; the account of energy
     begins there anew. The tangent that coefficients of KR-alpha and Rayleigh damping take stays that at the
-    structure's u0.
+    structure's u0. A force of the user's is asked anew there in each march, as what its function reads may change.
 
     A run that fails or is interrupted from the keyboard keeps what it has: see Response.status. If a function of the
     user's raises, the exception's `response` is what was done. Raises ValueError for what `march` does, for unknown
@@ -100,6 +100,7 @@ def march_structure(
         raise ValueError("expected stride and save with dt only, got them with tol; keep some dofs, or give dt")
     state = None if start is None else State.given(start, scheme)
     steps = steps_of(dt, tol, t_end, stride=stride, start=state, chosen=chosen)
+    structure = asked_anew(structure)
     require_definite_mass(structure)
     if account and (name := unsymmetric(structure)):
         warn(

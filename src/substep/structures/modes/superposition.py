@@ -19,7 +19,7 @@ from ...core.state import State, whose
 from ...marching.histories import histories
 from ...marching.linear import march_linear
 from ...run.clock import ConstantSteps
-from ...run.schemes import numbers_only
+from ...run.schemes import numbers_only, under_way
 from ..march.going_on import kind_of as structure_kind
 from ..march.histories import accounted
 from ..march.march_structure import march_structure
@@ -193,7 +193,8 @@ def _added_up(
     if status != "completed":
         return _Ended(status, done, found, None)
     at_end = n - n % stride
-    own = {"lanes": x, "rows": ends, "factors": np.array(factors)} if at_end == n else {}
+    carries = at_end == n and under_way(scheme, lanes[0].begin, n)
+    own = {"lanes": x, "rows": ends, "factors": np.array(factors)} if carries else {}
     total = sum((factor * end for factor, end in zip(factors, ends, strict=True)), np.zeros_like(ends[0]))
     return _Ended(status, done, found, partial(_stands, modes, scheme, steps, at_end, total, {}, own))
 
