@@ -7,11 +7,14 @@ simulator, it takes the device that there is.
 import json
 import sys
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from tempfile import TemporaryDirectory
 from typing import Any, cast
 from unittest.mock import patch
 
 import numpy as np
+from substep_derive.declare.scenes.constrained import four_bar
+from substep_derive.kernels import linear_system
 
 import substep as ss
 from substep.core import device as core_device
@@ -106,6 +109,15 @@ def on_a_cluster(device: str) -> Mapping[str, Any]:
         return case(device, client=client)
 
 
+def in_loops(device: str) -> Mapping[str, Any]:
+    """A four-bar linkage whose systems are solved in loops, in arrays of each thread, on a device alone."""
+    given = {"v0": [0.5, 1.0], "dt": 0.01, "t_end": 0.04, "progress": False}
+    if device == "cpu":
+        return ss.sweep(four_bar, "newmark", **given)
+    with patch.object(linear_system, "MOST", 0):
+        return ss.sweep(replace(four_bar, name="four_bar_in_loops"), "newmark", **given, device=device)
+
+
 HALF_SINE = ss.HalfSine(1.0, 0.1)
 OMEGA = np.array([1.0, 20.0, 150.0])
 LINEAR = {
@@ -144,6 +156,7 @@ SCENES = {
         v0=[1.0, 3.0],
     ),
     "rod": sweep("rod_pendulum", "generalized_alpha", v0=[7.0, 8.0]),
+    "in loops": in_loops,
     "floor": sweep("bouncing_ball", "average_acceleration", u0=[0.01, 0.02], dt=0.02, t_end=0.24),
     "sliding": sweep("sliding_block", "bathe", v0=[0.2, 3.0], dt=0.02, t_end=0.24),
     "bound": sweep("elastic_pendulum", "bathe", EA=[1e4, 1e6], energy_bound=300.0),

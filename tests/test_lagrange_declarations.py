@@ -23,7 +23,7 @@ from substep_derive import (
 )  # fmt: skip
 from substep_derive.declare.scenes import lagrange
 from substep_derive.motion.equations import EquationsOfMotion
-from sympy import Abs, Function, I, Symbol, besselj, cos, erf, sin, symbols
+from sympy import Abs, Expr, Function, I, Rational, Symbol, besselj, cos, erf, sin, symbols
 
 import substep as ss
 from substep.derived.modules import uncommitted_pair
@@ -110,3 +110,20 @@ def test_lagranges_equations_are_written_with_what_a_scene_needs() -> None:
     )  # fmt: skip
     assert cartesian.mass.tolist() == [[m, 0], [0, m * u**2]]
     assert cartesian.angular_momentum == m * u**2 * rate(w)
+
+
+def test_small_masses_beside_large_ones_are_not_none() -> None:
+    """Of eight coordinates, whose masses are in the ratio of 1 to 10^6: the determinant is 10^-24 of the largest's."""
+    q = symbols("q1:9")
+
+    def of(mass: Expr) -> Scene:
+        kinetic = sum((rate(a) ** 2 for a in q[:4]), Rational(0)) / 2
+        kinetic += sum((mass * (rate(a) + rate(q[0])) ** 2 for a in q[4:]), Rational(0)) / 2
+        return Scene(
+            "light", coordinates=dict.fromkeys(q, "m"), kinetic=kinetic.expand(), potential=q[0] ** 2, parameters=(),
+            start={s: 0 for a in q for s in (a, rate(a))}, length=1,
+        )  # fmt: skip
+
+    assert of(Rational(1, 10**6)).coordinates
+    with pytest.raises(DeclarationError, match="singular mass matrix.* without one of q5, q6, q7, q8"):
+        of(Rational(0))

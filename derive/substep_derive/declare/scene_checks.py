@@ -19,7 +19,6 @@ from .reactions import Constraint, Contact, Friction
 from .symbols import sampled, t
 
 TINY = Rational(1, 10**20)
-MOST = 4  # coordinates of a mass matrix that is not constant, whose inverse is written out in symbols
 TRIED = (Rational(2, 3), Rational(-5, 7), Rational(9, 4))  # values of rates at which a dissipation is looked at
 
 
@@ -167,6 +166,7 @@ def _reactions(scene: _Declared, values: set[Symbol], q: set[Symbol], v: set[Sym
 
 def _linear(e: Expr, symbols: set[Symbol]) -> bool:
     """Whether an expression is linear in symbols, and the same on all branches."""
+    symbols = symbols & e.free_symbols
     bends = any(may_jump(e.diff(a), symbols) or e.diff(a, b).expand() != 0 for a in symbols for b in symbols)
     return not (bends or may_jump(e, symbols))
 
@@ -244,7 +244,8 @@ def hessian(energy: Expr, v: Iterable[Symbol]) -> Matrix:
 def _invariants(scene: _Declared) -> None:
     q = tuple(scene.coordinates)
     for symbol, e in scene.invariants.items():
-        third = [e.diff(a, b, c) for a in q for b in q for c in q]
+        own = [a for a in q if a in e.free_symbols]
+        third = [e.diff(a, b, c) for a in own for b in own for c in own]
         if any(d != 0 for d in third) or may_jump(e, q):
             raise DeclarationError(
                 f"{scene.name}: expected invariant {symbol} at most quadratic in the coordinates, got {e}"
@@ -252,10 +253,7 @@ def _invariants(scene: _Declared) -> None:
 
 
 def _mass(scene: _Declared) -> None:
-    """That no mass is negative, that the mass matrix is regular, tried at numbers for all parameters, and small enough.
-
-    Only a mass that is constant is inverted in any size.
-    """
+    """That no mass is negative, and that the mass matrix is regular, tried at numbers for all parameters."""
     mass, q = hessian(scene.kinetic, scene.rates), tuple(scene.coordinates)
     if negative := [
         q[i] for i in range(len(q)) if mass[i, i] != 0 and signed(mass[i, i], scene.parameters).is_nonpositive
@@ -266,24 +264,35 @@ def _mass(scene: _Declared) -> None:
         )
     if scene.constraints and not scene.impulsive:  # which may hold what has no mass, and need no inverse
         return
-    if len(q) > MOST and mass.free_symbols & {*q, t} and not scene.constraints:
-        raise DeclarationError(
-            f"{scene.name}: expected at most {MOST} coordinates where the mass depends on them or on t, since its "
-            f"inverse is written out, got {len(q)}; choose coordinates in which it is constant, as x and y with "
-            "constraints"
-        )
     values = {p.symbol: p.inside(Rational(3 + k, 7 + k)) for k, p in enumerate(scene.parameters)}
     anywhere = {x: Rational(3, 5 + k) for k, x in enumerate((*q, t))}
     at_start = {x: scene.start[x] for x in q} | {t: 0}
     for where, place in (("", anywhere), (" at the start", at_start)):
         numbers = mass.subs(place, simultaneous=True).subs(values).evalf(30)
-        if abs(numbers.det()) <= TINY * max(abs(x) for x in numbers) ** len(q):
+        if singular(numbers):
             without = [str(x) for x, m in zip(q, numbers.diagonal(), strict=True) if m == 0]
             raise DeclarationError(
                 f"{scene.name}: expected a kinetic energy in which every coordinate has a mass, got a singular mass "
                 f"matrix{where}, {mass.tolist()}{', without one of ' * bool(without)}{', '.join(without)}; leave out "
                 "the coordinate without one, choose others, or start elsewhere"
             )
+
+
+def singular(numbers: Matrix) -> bool:
+    """Whether a mass matrix of numbers is singular, but for rounding.
+
+    Of many coordinates, or of masses of several sizes, a small determinant says nothing: what is left of each mass once
+    those before it are eliminated does.
+    """
+    if abs(numbers.det()) > TINY * max(abs(x) for x in numbers) ** numbers.rows:
+        return False
+    left = numbers.as_mutable()
+    for k, mass in enumerate(numbers.diagonal()):
+        if abs(left[k, k]) <= TINY * abs(mass):
+            return True
+        for i in range(k + 1, left.rows):
+            left[i, :] -= left[i, k] / left[k, k] * left[k, :]
+    return False
 
 
 def _decided(e: Expr) -> Expr:

@@ -4,7 +4,7 @@ from dataclasses import replace
 from textwrap import wrap
 from typing import Any
 
-from sympy import Symbol
+from sympy import Integer, Symbol
 
 from ..declare.symbols import knot
 from ..estimate.held import END, HALVED, START
@@ -15,10 +15,10 @@ from .error_size import size_of_errors
 from .first_length import first_length
 from .gpu_thread import on_device
 from .lane_names import LaneNames
-from .one_lane import ONE_LANE
+from .one_lane import ONE_LANE, opened
 from .pair_module import helpers
 from .printing import KernelPrinter, block, docstring, fill, lines, literal_tuple, operations, placed
-from .step_text import TOL, step_text
+from .step_text import TOL, part_text, rooms, step_text
 from .templates.adaptive import (
     ACCELERATION,
     ADAPTED,
@@ -92,14 +92,16 @@ class _Writer(LaneNames):
 
     def accelerations(self) -> str:
         """Text of `_acceleration`."""
-        p, given = self.p, self.body.parameters(self.p.acceleration)
+        p, given = self.p, self.body.parameters(self.p.of_acceleration)
         outputs = [(f"value_{i}", e) for i, e in enumerate(p.acceleration)]
+        before = [part_text(part, 1, self.w)[0] for part in p.accelerating if part.assignments]
+        made = [line for part in p.accelerating for line in rooms(part.assignments)]
         names = [*(self.w.doprint(s) for s in given), "t", "load"]
         names += [name for kind in "uv" for name in self.body.components(f"{kind}_*now")] + self.memory[0]
         return fill(
             ACCELERATION,
             arguments=", ".join(names),
-            body=block(outputs, 1, self.w)[0],
+            body=opened(made, "\n".join([*before, block(outputs, 1, self.w)[0]])),
             value=", ".join(name for name, _ in outputs),
         )
 
@@ -124,7 +126,7 @@ class _Writer(LaneNames):
             arguments=", ".join([*HALVES_GIVEN, "h", *given]),
             numbers=self.numbers,
             initial=self.initial,
-            constants=lines([*body.constants, *body.near], 1, self.w),
+            constants=opened(step.rooms, lines([*body.constants, *body.near], 1, self.w)),
             state=placed((f"{name} = {x}" for (name, _), x in zip(body.places, given, strict=True)), 1),
             steps=step.phases,
             reported=step.last,
@@ -142,7 +144,7 @@ class _Writer(LaneNames):
             ADAPTIVE_LANE,
             numbers=self.numbers,
             initial=self.initial,
-            once=lines(p.once, 1, w),
+            once=opened(step.rooms, lines(p.once, 1, w)),
             begin=self._begin(),
             read_state=placed((f"{name} = {place}" for name, place in state), 1),
             changing=lines(p.changing, 3, w),
@@ -197,7 +199,9 @@ class _Writer(LaneNames):
             state = [name for name, _ in body.places]
             between += [f"{', '.join(names)} = _halved({', '.join([*HALVES_GIVEN, '0.5 * h', *state])})"]
         closing, energy = body.results
-        together = [energy, *between, Part(errors)] if between else [Part([*energy.assignments, *errors])]
+        filters = [Part(body.filters, named=False)] if body.filters else []
+        apart = [energy, *between, *filters, Part(errors)]
+        together = apart if between or filters else [Part([*energy.assignments, *errors])]
         return [closing, *together]
 
     def _begin(self) -> str:
@@ -279,10 +283,16 @@ class _Writer(LaneNames):
         """Lines for a jump of the load at the end of a step: the acceleration jumps with it, by M^-1 of it."""
         if not self.body.loads:
             return ""
-        of_load = self.p.acceleration.diff(Symbol("load"))
-        slope = [(e, text) for e, text in zip(of_load, self.at(of_load, *self.old[:2]), strict=True)]
         carried = [s for s in (knot(0).a, START.a) if s in self.body.scheme.state or s in self.p.kept]
         rows = list[str]()
+        if self.p.accelerating:  # which is linear in the load
+            names = [[f"{name}_{i}" for i in self.d] for name in ("loaded", "unloaded")]
+            for targets, load in zip(names, ("1.0", "0.0"), strict=True):
+                rows.append(self.acceleration(targets, "t", *self.old[:2], load=load))
+            slope = [(Integer(1), f"({one} - {other})") for one, other in zip(*names, strict=True)]
+        else:
+            of_load = self.p.acceleration.diff(Symbol("load"))
+            slope = [(e, text) for e, text in zip(of_load, self.at(of_load, *self.old[:2]), strict=True)]
         for names in (*map(self.body.components, carried), self.old[2]):
             rows += [f"{name} += {text} * jump" for name, (e, text) in zip(names, slope, strict=True) if e != 0]
         return fill(JUMP, jumps=placed(rows, 4))

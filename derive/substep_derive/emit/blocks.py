@@ -98,7 +98,7 @@ def _march(body: Body, step: StepText, arguments: Sequence[str]) -> str:
         rows=len(rows) + len(reported),
         extreme=len(rows),
         counts=fill(BLOCK_COUNTS, balances=len(body.scheme.balances)) if iterated else "",
-        allocate=placed((f"{name} = rows[{k}]" for k, name in enumerate(rows)), 1),
+        allocate=placed([*(f"{name} = rows[{k}]" for k, name in enumerate(rows)), *step.rooms], 1),
         read=placed(read, 2),
         constants=f"    {EACH}\n{constants}\n" if constants else "",
         all_go=f"{placed(map(_all_go, iterated), 4)}\n" if iterated else "",

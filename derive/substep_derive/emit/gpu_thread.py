@@ -1,5 +1,6 @@
 """The layout of a thread of a GPU: the text of one lane as code of the device, and a kernel that calls it."""
 
+import re
 from collections.abc import Sequence
 
 from ..kernels.body import Body
@@ -12,6 +13,8 @@ from .templates.thread import COMPILE_THREADS, LANE_OF_THREAD, PAIR_THREADS_HEAD
 
 # NumPy's functions in the text of a step, and what a device has in their place
 ON_DEVICE = {"np.sign(": "_sign(", "np.minimum(": "min(", "np.int64(": "int(", "np.": "math."}
+
+ZEROS = r"\1\2 = cuda.local.array(\3, float64)\n\1for place in range(\3):\n\1    \2[place] = 0.0"
 
 
 def _march(body: Body, step: StepText, arguments: Sequence[str]) -> str:
@@ -37,7 +40,8 @@ def pair_threads(body: Body, banner: str) -> str:
 
 
 def on_device(text: str) -> str:
-    """Text of functions of a CPU, as code of the device."""
+    """Text of functions of a CPU, as code of the device, where each thread has arrays of its own."""
+    text, made = re.subn(r"^( *)(\w+) = np\.zeros\((\d+)\)$", ZEROS, text, flags=re.MULTILINE)
     for name, other in ON_DEVICE.items():
         text = text.replace(name, other)
-    return SIGN * ("_sign(" in text) + text
+    return "from numba import float64\n" * (made > 0) + SIGN * ("_sign(" in text) + text

@@ -45,12 +45,14 @@ class LaneNames:
         return [[text.format(k, i) for i in self.d] for k in range(3)]
 
     def acceleration(
-        self, targets: Iterable[str], t: str, u: Iterable[str], v: Iterable[str], memory: Iterable[str] | None = None
-    ) -> str:
-        """The line that computes it; with a load only where the scene takes one; memory: by default that at t_n."""
-        p = self.p
-        load = f"_load(load, samples, middle, {t})" if p.acceleration.has(Symbol("load")) else "0.0"
-        given = (self.w.doprint(s) for s in self.body.parameters(p.acceleration))
+        self, targets: Iterable[str], t: str, u: Iterable[str], v: Iterable[str], memory: Iterable[str] | None = None,
+        load: str | None = None,
+    ) -> str:  # fmt: skip
+        """The line that computes it; memory: by default that at t_n; load: by default at t, if the scene takes one."""
+        found = self.p.of_acceleration
+        if load is None:
+            load = f"_load(load, samples, middle, {t})" if any(e.has(Symbol("load")) for e in found) else "0.0"
+        given = (self.w.doprint(s) for s in self.body.parameters(found))
         remembered = self.memory[0] if memory is None else memory
         return f"{', '.join(targets)} = _acceleration({', '.join([*given, t, load, *u, *v, *remembered])})"
 

@@ -1,6 +1,6 @@
 """The layout of one lane after another, in steps of one length: a function marches a lane through all its steps."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from textwrap import wrap
 
 from ..kernels.body import Body
@@ -35,7 +35,7 @@ def lane_function(body: Body, step: StepText, arguments: Sequence[str]) -> str:
         LANE,
         lane_arguments=", ".join(given(arguments)),
         read_state=placed((f"{name} = state[{place}]" for name, place in body.places), 1),
-        constants=lines([*body.constants, *body.near]),
+        constants=opened(step.rooms, lines([*body.constants, *body.near])),
         steps=step.phases,
         reported=step.last,
         sum=" + ".join(body.finite),
@@ -46,6 +46,11 @@ def lane_function(body: Body, step: StepText, arguments: Sequence[str]) -> str:
         store=placed((f"row[{place}] = {e}" for place, e in body.stored), 4),
         write=placed([*(f"state[{place}] = {name}" for name, place in body.places), *counts], 1),
     )
+
+
+def opened(rooms: Iterable[str], text: str) -> str:
+    """The first lines of a function, after those that make its arrays."""
+    return "\n".join([*(placed([line], 1) for line in rooms), text])
 
 
 def _extremes(body: Body) -> list[str]:

@@ -19,7 +19,7 @@ from .templates.decorators import COMPILE_AND_INNER
 from .templates.pair import HELD_FIRST, PAIR_HEADER, START, STENCIL
 from .templates.registers import WIDEST
 from .templates.scene import LOG_COSH
-from .templates.step import DIFFERENCE, SINC, SINC_SLOPE
+from .templates.step import DIFFERENCE, FIRST_OF, SINC, SINC_SLOPE
 
 # the layouts in which each pair marches; of the first are the operations that it states
 LAYOUTS: tuple[Layout, ...] = (ONE_LANE, BLOCK_OF_LANES)
@@ -134,6 +134,8 @@ def _stencil(body: Body) -> str:
 
 def helpers(text: str, body: Body) -> Iterable[str]:
     """Functions that the kernel calls, in an order in which each finds those it calls itself."""
+    if "_first_of(" in text:
+        yield FIRST_OF
     differences = body.near_series
     if "_log_cosh(" in text or any(d.name == "log_cosh" for d in differences):
         yield fill(LOG_COSH, decorator="@_inner\n")

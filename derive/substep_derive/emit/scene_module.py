@@ -11,7 +11,7 @@ from ..declare.names import printed
 from ..declare.parameter import Parameter
 from ..declare.scene import Scene
 from ..declare.symbols import sampled, t
-from ..motion.equations import EquationsOfMotion
+from ..motion.equations import EquationsOfMotion, inverted
 from ..motion.jumps import jumps
 from ..motion.powers import powers
 from .index import domain_text, number, numpy_for
@@ -59,15 +59,17 @@ def scene_module(motion: EquationsOfMotion) -> str:
     functions = [
         _function("energy", values, "Kinetic energy and potential, in J for units of kg, m, s.", motion, motion.energy)
     ]
-    if scene.multipliers:
+    written = inverted(motion.mass)
+    if scene.multipliers or not written:
         matrix, right = motion.constrained
         functions.append(_function("constrained", values, CONSTRAINED, motion, [*matrix, *right]))
+    if scene.multipliers:
         drift = [*motion.held.expressions, *motion.held.drift[0], *motion.held.drift[1]]
         functions.append(_function("drift", values, DRIFT, motion, drift))
         functions.append(_function("directions", values, DIRECTIONS, motion, list(motion.held.directions)))
     if scene.frictions:
         functions.append(_function("limits", values, LIMITS, motion, _limits(motion.scene)))
-    if not scene.constraints:
+    if not scene.constraints and written:
         acceleration = motion.consistent_acceleration
         functions.append(
             _function("acceleration", values, "Acceleration from the equation of motion.", motion, acceleration)

@@ -18,7 +18,7 @@ WHOLE = {
     "lane0", "lane1", "begin", "end", "n", "first", "stride", "start", "place", "at", "size", "i", "of_lane", "runs",
     "n_done", "status", "iterations", "newton", "common",
 }  # fmt: skip
-MARCHES = {"s", "rows", "values", "state", "f", "C"}  # arguments, one of which each of these functions has
+MARCHES = {"s", "rows", "values", "state", "f", "C", "system"}  # arguments, one of which each of these functions has
 # counts over the lanes of a loop, of 32 bits: LLVM takes as many lanes at once as the widest of their numbers allow
 COUNTS = {"left", "bad"}
 WHOLE_OF = {"shape", "size", "data"}  # attributes of arrays

@@ -11,6 +11,8 @@ from sympy import Matrix, S, Symbol
 from ..declare.symbols import h, t
 from ..kernels.balance_step import BalanceStep, Part
 from ..kernels.body import Body
+from ..kernels.linear_system import first_of
+from ..motion.components import Assignments
 from .printing import KernelPrinter, block, fill, lines, operations, placed
 from .templates.step import NEWTON_FAILED, NOT_CONVERGED
 
@@ -58,12 +60,16 @@ class Layout:
 
 @dataclass(frozen=True)
 class StepText:
-    """Text of one step. phases: all but the last, which the results close; operations: of a step, of each iteration."""
+    """Text of one step. phases: all but the last, which the results close; operations: of a step, of each iteration.
+
+    rooms: lines that make the arrays of the systems that it solves, once a run.
+    """
 
     phases: str
     last: str
     operations: dict[str, object]
     printer: KernelPrinter
+    rooms: list[str]
 
 
 def step_text(body: Body, clock: Clock, layout: Layout, results: Iterable[Part | str]) -> StepText:
@@ -76,7 +82,7 @@ def step_text(body: Body, clock: Clock, layout: Layout, results: Iterable[Part |
     assert isinstance(last, tuple)  # as `phases` says
     text = to.straight([*last, *results])
     found = {"step": to.operations, "iteration": tuple(to.of_iterations)}
-    return StepText("".join(f"{text}\n" for text in texts), text, found, to.printer)
+    return StepText("".join(f"{text}\n" for text in texts), text, found, to.printer, list(to.rooms))
 
 
 class _Writer:
@@ -84,7 +90,7 @@ class _Writer:
 
     def __init__(self, clock: Clock, layout: Layout, printer: KernelPrinter) -> None:
         self.clock, self.layout, self.printer = clock, layout, printer
-        self.operations, self.of_iterations = 0, list[int]()
+        self.operations, self.of_iterations, self.rooms = 0, list[int](), dict[str, None]()
 
     def each(self, text: str) -> str:
         """The lines of a lane, for each lane."""
@@ -137,9 +143,21 @@ class _Writer:
         return fill(self.layout.newton, iteration=iteration, near=near, balance=k, **failed).strip("\n")
 
     def _part(self, part: Part, depth: int, printer: KernelPrinter) -> tuple[str, int]:
-        if part.named:
-            return block(part.assignments, depth, printer)
-        return lines(part.assignments, depth, printer), operations(part.assignments)
+        self.rooms |= dict.fromkeys(rooms(part.assignments))
+        return part_text(part, depth, printer)
+
+
+def part_text(part: Part, depth: int, printer: KernelPrinter) -> tuple[str, int]:
+    """Lines of a part, and their operations."""
+    if part.named:
+        return block(part.assignments, depth, printer)
+    return lines(part.assignments, depth, printer), operations(part.assignments)
+
+
+def rooms(assigned: Assignments) -> list[str]:
+    """Lines that make the arrays of the systems that assignments solve, in the order in which they do."""
+    solved = (a for _, e in assigned for a in e.atoms(first_of))
+    return [f"{name} = np.zeros({2 * size * (size + 1)})" for name, size in (a.args for a in solved)]
 
 
 def _unsettled(step: BalanceStep, change: Matrix, pass_: str, printer: KernelPrinter) -> list[str]:

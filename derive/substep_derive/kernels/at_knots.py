@@ -2,16 +2,18 @@
 
 from dataclasses import replace
 
-from sympy import Expr, Integer, Matrix, sympify
+from sympy import Expr, Integer, Matrix, Rational, sympify
 
 from ..declare.errors import DeclarationError
+from ..declare.scene_checks import singular
 from ..declare.scheme import Balance
 from ..declare.symbols import N_discrete
 from ..motion.components import Writer
 from ..motion.discrete import discrete_equation
-from ..motion.equations import solved
 from ..step.places import Place, places
 from ..step.step import Stage, Step
+from .balance_step import Part
+from .held_block import accelerated
 from .remembering import of_balance
 from .together import split, unknowns
 
@@ -22,6 +24,7 @@ class AtKnots:
     def __init__(self, w: Writer, k: int, stage: Stage) -> None:
         """k: the number of the stage; balances: the places of its balances among all."""
         self.w, self.k, self.stage, self.z = w, k, stage, unknowns(w, stage)
+        self.prepared = list[Part]()  # what is computed for accelerations
         accelerations = Step.of(w.scheme).accelerations
         self.balances = [accelerations.index(z) for z in stage.z]
 
@@ -44,13 +47,19 @@ class AtKnots:
     def acceleration(self, place: Place, u: Matrix, v: Matrix, load: Matrix) -> Matrix:
         """Minus the acceleration there under the load, times the weight."""
         mass, force = self.equation(place, u, v)
-        if mass.det() == 0:
+        anywhere = {s: Rational(3, 5 + k) for k, s in enumerate(sorted(mass.free_symbols, key=str))}
+        if singular(mass.subs(anywhere).evalf(30)):
+            none = ", ".join(str(q) for i, q in enumerate(self.w.motion.coordinates) if mass[i, :].is_zero_matrix)
+            found = f"no mass of {none}" if none else mass.tolist()
             raise DeclarationError(
                 f"{self.w.scheme.name}: expected a mass matrix of {self.w.motion.scene.name} that is regular, since a "
-                f"balance takes accelerations at several instants, got {mass.tolist()}; take a scheme that takes them "
-                "at one, such as bathe, or give each coordinate a mass"
+                f"balance takes accelerations at several instants, got {found}; "
+                "take a scheme that takes them at one, such as bathe, or give each coordinate a mass"
             )
-        return place.weight * solved(mass, force - load)
+        mark = f"known{self.k}_{len(self.prepared)}"
+        found, parts = accelerated(self.w, mass, force - load, mark)
+        self.prepared += parts
+        return place.weight * found
 
     def in_z(self, e: Expr) -> Matrix:
         """Components of a vector in those of the unknown and of what is known."""

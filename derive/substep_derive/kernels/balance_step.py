@@ -7,9 +7,9 @@ depends on z. Of balances that are solved together z is the vector of all their 
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 from sympy import (
-    Abs,
     Add,
     Dummy,
     Expr,
@@ -31,10 +31,11 @@ from ..declare.parameter import POSITIVE
 from ..declare.scheme import Balance
 from ..declare.symbols import N, N_discrete, h
 from ..motion.components import Assignments, Writer, assign
-from ..motion.equations import EquationsOfMotion
+from ..motion.equations import EquationsOfMotion, inverted
 from ..step.step import Stage
 from ..step.times import instant_of
 from .branches import root
+from .linear_system import eliminated, entries_of, written_out
 from .together import Reach, begun_together, predicted, reached, split, unknowns
 
 
@@ -57,8 +58,8 @@ class BalanceStep:
     and z = -inverse * residual with a constant inverse, or z as `solved` assigns it where the residual is piecewise
     linear, and inverse is what would be inverted before any law yields. free: the residual's derivative by z without
     internal force. bounds: names of two values of z between which the root is kept, and their values before the first
-    iteration; where laws make the residual bend. settled: what is computed of reactions after that. commits: of what
-    laws remember, once the balance is solved.
+    iteration; where laws make the residual bend. prepared: what is computed of known accelerations, before all else.
+    settled: what is computed of reactions after that. commits: of what laws remember, once the balance is solved.
     multipliers: how many of the last unknowns are reactions, of which the last rows of the residual are; bounded: how
     many of the last of these are pressures and frictions.
     """
@@ -76,35 +77,52 @@ class BalanceStep:
     free: Matrix
     solved: Assignments = field(default_factory=Assignments)
     bounds: Assignments = field(default_factory=Assignments)
+    prepared: tuple[Part, ...] = ()
     settled: tuple[Part, ...] = ()
     commits: Assignments = field(default_factory=Assignments)
     multipliers: int = 0
     bounded: int = 0
 
+    @cached_property
+    def _system(self) -> Matrix | None:
+        """The entries of the array that Newton's iteration solves; None where it is written out, or there is none."""
+        alone = self.first is None or written_out(self.jacobian, pivoting=self._pivoting)
+        return None if alone else entries_of(f"_{self.k}", len(self.z))
+
+    @property
+    def _pivoting(self) -> bool:
+        """Whether a coordinate may have no mass but that by a constraint."""
+        return self.multipliers > 0 and any(e == 0 for e in self.free.diagonal())
+
     @property
     def residual_names(self) -> Matrix:
         """The names that the residual's components have in the kernel."""
-        return Matrix(symbols(f"residual_:{len(self.z)}"))
+        return Matrix(symbols(f"residual_:{len(self.z)}")) if self._system is None else self._system[:, -1]
 
     @property
     def jacobian_names(self) -> Matrix:
         """The names that the Jacobian's entries have in the kernel; 0 for an entry that is 0."""
-        names = [[Symbol(entry_name("jacobian_", i, j)) for j in range(len(self.z))] for i in range(len(self.z))]
-        return Matrix(names).multiply_elementwise(self.jacobian.applyfunc(lambda e: Integer(int(e != 0))))
+        size, system = len(self.z), self._system
+        names = Matrix(size, size, lambda i, j: Symbol(entry_name("jacobian_", i, j))) if system is None else system
+        return names[:, :size].multiply_elementwise(self.jacobian.applyfunc(lambda e: Integer(int(e != 0))))
 
-    def filtered(self, error: Matrix) -> Matrix:
+    def filtered(self, error: Matrix, mark: str) -> tuple[Assignments, Matrix]:
         """The error times free over the effective mass: bounded where a component is stiff, and equal for small steps.
 
-        Shampine & Baca, Appl. Numer. Math. 1 (1985) 495-506; with the Jacobian of the last iteration, if there is one.
+        And what is computed for it, each on its own; mark: the end of the names that this assigns. Shampine & Baca,
+        Appl. Numer. Math. 1 (1985) 495-506; with the Jacobian of the last iteration, if there is one.
         """
-        if self.solved:
-            return self.free * error / self.inverse[0]
-        if self.first is None:
-            return self.inverse * self.free * error
-        J = self.jacobian_names
-        if len(self.z) == 1:
-            return self.free * error / J[0]
-        return J.adjugate() * (self.free * error) * Symbol("one_over_det")
+        right, size = self.free * error, len(self.z)
+        if self.first is None and not self.solved:
+            return [], self.inverse * right
+        J = self.inverse if self.first is None else self.jacobian_names
+        if size == 1:
+            return [], right / J[0]
+        if size == 2:
+            return [], J.adjugate() * right * Symbol("one_over_det")
+        given, names = (Matrix(symbols(f"{name}{mark}_:{size}")) for name in ("unfiltered", "filtered"))
+        own = f"_{self.k}" if self._system is not None else mark
+        return [*assign(given, right), *eliminated(J, given, names, S.One, own)], names
 
     def correction(self, factor: Expr = S.One) -> tuple[Assignments, Assignments, Matrix]:
         """Assignments of residual and Jacobian; the solve, written out; Newton's correction, times factor, by name."""
@@ -116,8 +134,8 @@ class BalanceStep:
         if size == 1:
             return entries, assign(change, factor * R / J[0]), change
         if size > 2:
-            massless = any(e == 0 for e in self.free.diagonal())
-            return entries, eliminated(J, R, change, factor, pivoting=massless and self.multipliers > 0), change
+            mark = "" if self._system is None else f"_{self.k}"
+            return entries, eliminated(J, R, change, factor, mark, pivoting=self._pivoting), change
         solve = assign(Matrix([one_over, *change]), Matrix([factor / J.det(), *(J.adjugate() * R * one_over)]))
         return entries, solve, change
 
@@ -137,54 +155,6 @@ class BalanceStep:
                 ),
             ),
         ]
-
-
-def eliminated(
-    matrix: Matrix, right: Matrix, solution: Matrix, factor: Expr, mark: str = "", *, pivoting: bool = False
-) -> Assignments:
-    """Gauss's elimination in the order of the rows, written out, for the solution times factor.
-
-    Coordinates come before multipliers, whose rows have no diagonal until the coordinates are eliminated. mark: the end
-    of the names that it assigns, where a step holds several. pivoting: whether rows change their places, so that each
-    pivot is the largest of its column, as where a coordinate has no mass but that by a constraint.
-    """
-    size, found = len(solution), Assignments()
-    rows = [[*matrix.row(i), right[i]] for i in range(size)]
-    over = [Symbol(f"over_{k}{mark}") for k in range(size)]
-    for k in range(size):
-        for i in range(k + 1, size) if pivoting else ():
-            found += _larger_first(rows, k, i, mark)
-        found.append((over[k], 1 / rows[k][k]))
-        for i in range(k + 1, size):
-            if rows[i][k] == 0:
-                continue
-            times = Symbol(f"times_{i}_{k}{mark}")
-            found.append((times, rows[i][k] * over[k]))
-            for j in range(k + 1, size + 1):
-                if rows[k][j] != 0:
-                    left = Symbol(f"left_{k}_{i}_{j}{mark}")
-                    found.append((left, rows[i][j] - times * rows[k][j]))
-                    rows[i][j] = left
-    for k in reversed(range(size)):
-        known = Add(*(rows[k][j] * solution[j] for j in range(k + 1, size)))
-        found.append((solution[k], (factor * rows[k][size] - known) * over[k]))
-    return found
-
-
-def _larger_first(rows: list[list[Expr]], k: int, i: int, mark: str) -> Assignments:
-    """Names for the k-th row and one below it from the k-th column on, exchanged where the latter begins larger."""
-    above, below, found = rows[k], rows[i], Assignments()
-    if below[k] == 0:
-        return found
-    exchanged = Abs(below[k]) > Abs(above[k])
-    for j in range(k, len(above)):
-        a, b = above[j], below[j]
-        if a == b == 0:
-            continue
-        names = [Symbol(f"{row}_{k}_{i}_{j}{mark}") for row in ("above", "below")]
-        above[j], below[j] = names
-        found += zip(names, (Piecewise((b, exchanged), (a, True)), Piecewise((a, exchanged), (b, True))), strict=True)
-    return found
 
 
 # what a step computes between iterations, or the balance that is iterated
@@ -223,11 +193,12 @@ def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
                 lambda b, s=s, by_z=by_z: Matrix.hstack(*(_displacement(b).diff(s) * c * tangent for c in by_z))
             )
         residual = w.hoisted(still + by_rate + each(lambda b: w.vector(b.force.subs(names))))
-        if stage.alone:
+        if stage.alone and inverted(slope):
             return BalanceStep(k, z, before, [], residual, slope, w.inverse(slope), None, Integer(0), after, free)
         found = BalanceStep(k, z, before, [], residual, slope, w.hoisted(slope), None, Integer(0), after, free)
         right = found.residual_names
-        return replace(found, solved=[*assign(right, residual), *eliminated(found.inverse, right, z, -S.One)])
+        solve = eliminated(found.inverse, right, z, -S.One, "" if written_out(found.inverse) else f"_{k}")
+        return replace(found, solved=[*assign(right, residual), *solve])
     mixed, forces, known, by_z = _moving_force(w, stage, reach)
     per_mass, of_rate = _per_mass(w.motion) * len(stage.z), not rate_slope.is_zero_matrix
     slope, plain, forces, by_z, still = (
@@ -255,7 +226,9 @@ def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
         return BalanceStep(k, z, before, moves + mixed, *matrices, first, far, after, slope)
     (c_u,) = next(iter(reach.values()), [h * stage.c_v()])  # where only the velocity moves, what it would do to u
     if of_rate:  # as if there were no such force, since its slope at rest may have no bound
-        first = -w.inverse(slope) * w.hoisted(begun.subs(dict(mixed)).subs(dict(moves)).subs(at_zero))
+        begun = w.hoisted(begun.subs(dict(mixed)).subs(dict(moves)).subs(at_zero))
+        by = slope if inverted(slope) else diag(*slope.diagonal())
+        first = -w.inverse(by) * begun
     else:
         one_over = w.reciprocal(solved(next(iter(reach)))[0].diff(z[0]), c_u)
         first = (w.components(last) - w.components(predicted(0))) * one_over

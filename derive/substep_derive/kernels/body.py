@@ -43,8 +43,8 @@ class Body:
     t_n + h; reported: the assignments that compute them. memory: what laws remember at t_n -> the same at t_n + h, of
     which last_commit has the assignments. energy: that of the reported u, v. stencil: instants of the load, in steps
     after t_n. start: None where another scheme marches first. errors: components of the estimated local errors, where
-    they were asked for. held_first: see `reactions.held_first`. projection: assignments after the last balance, of
-    which each may read those before it.
+    they were asked for. held_first: see `reactions.held_first`. projection: assignments after the last balance, and
+    filters: those before the errors; each may read those before it.
     """
 
     scheme: Scheme
@@ -63,6 +63,7 @@ class Body:
     errors: tuple[Matrix, ...] = ()
     held_first: tuple[tuple[Expr, Expr, Expr], Expr] | None = None
     projection: Assignments = field(default_factory=Assignments)
+    filters: Assignments = field(default_factory=Assignments)
 
     @classmethod
     def of(
@@ -133,16 +134,11 @@ class Body:
         memory += assign(at_start(motion.scene), reactions)
         at = dict(zip((*motion.coordinates, *motion.scene.rates), (*report[0], *report[1]), strict=True))
         energy = w.hoist(motion.energy.xreplace({**at, **committed, t: w.instant(Integer(1))}))
-        estimates = [w.vector(e) for e in errors]
-        for stage, step in list(zip(found, steps, strict=True))[::-1]:
-            if stage.moved:  # the last implicit balance, whose effective mass filters, if it has one of its own
-                estimates = [step.filtered(e) for e in estimates] if stage.alone else estimates
-                break
-        estimates = tuple(w.hoisted(e) for e in estimates)
+        estimates, filters = _filtered(w, errors, list(zip(found, steps, strict=True)))
         start = _start(scheme, motion) if scheme.start_scheme is None else None
         made = cls(
             scheme, motion, w.constants, known, tuple(steps), [*shift, *memory], assigned, tuple(report), memory,
-            last_commit, energy, stencil, start, estimates, held_first(w, lowered), projection,
+            last_commit, energy, stencil, start, estimates, held_first(w, lowered), projection, filters,
         )  # fmt: skip
         counted = any(e.has(STEPS[0]) for e in made.expressions)
         return replace(made, prior=[STEPS, *known]) if counted else made
@@ -150,9 +146,9 @@ class Body:
     @property
     def expressions(self) -> list[Expr]:
         """Every expression that a run computes, except those of its start."""
-        lists = [self.constants, self.prior, self.projection, self.reported, self.last_commit]
+        lists = [self.constants, self.prior, self.projection, self.filters, self.reported, self.last_commit]
         lists += [a for s in self.steps for a in (s.before, s.moving, s.solved, s.after, s.commits)]
-        lists += [part.assignments for s in self.steps for part in s.settled]
+        lists += [part.assignments for s in self.steps for part in (*s.prepared, *s.settled)]
         matrices = [m for s in self.steps for m in (s.residual, s.jacobian, s.inverse, s.first) if m is not None]
         matrices += self.errors
         return [e for pairs in lists for _, e in pairs] + [e for m in matrices for e in m] + [self.energy]
@@ -195,7 +191,7 @@ class Body:
         found: list[Phase] = []
         parts = [Part(self.prior)]
         for step in self.steps:
-            parts.append(Part(step.before))
+            parts += [*step.prepared, Part(step.before)]
             if step.solved:
                 # of an elimination, which assigns more than z, each on its own
                 parts.append(Part(step.solved, named=len(step.solved) == len(step.z)))
@@ -285,6 +281,21 @@ class Body:
         """Name of every component of vectors that are rows from the first on, and its row and column."""
         rows = enumerate(vectors, start=first)
         return [(name, f"{j}, {i}") for j, s in rows for i, name in enumerate(self.components(s))]
+
+
+def _filtered(
+    w: Writer, errors: Sequence[Expr], steps: Sequence[tuple[Stage, BalanceStep]]
+) -> tuple[tuple[Matrix, ...], Assignments]:
+    """Components of estimated errors, and the assignments before them.
+
+    They are filtered by the effective mass of the last implicit balance, if it has one of its own.
+    """
+    found = [(Assignments(), w.vector(e)) for e in errors]
+    last = next(((stage, step) for stage, step in reversed(steps) if stage.moved), None)
+    if last and last[0].alone:
+        found = [last[1].filtered(e, f"_{k}") for k, (_, e) in enumerate(found)]
+    before = [(s, w.hoist(e)) for assigned, _ in found for s, e in assigned]
+    return tuple(w.hoisted(e) for _, e in found), before
 
 
 def _shifted(w: Writer, state: Iterable[Symbol], free: Mapping[Symbol, Symbol]) -> Assignments:

@@ -11,10 +11,12 @@ from ..declare.scheme import Scheme
 from ..declare.symbols import h, knot, knot_of, sampled, t
 from ..estimate.estimator import acceleration_lag, kappa
 from ..estimate.held import END, HALVED, START, earlier
-from ..motion.components import Assignments, assign, component_names
-from ..motion.equations import EquationsOfMotion
+from ..motion.components import Assignments, Writer, assign, component_names
+from ..motion.equations import EquationsOfMotion, inverted
 from ..step.step import Step
+from .balance_step import Part
 from .body import Body
+from .held_block import accelerated
 from .interpolant import Interpolant
 from .local_error import Terms, factored, weight_names
 
@@ -30,7 +32,8 @@ class EstimatedBody:
     next for the estimate -> what it is in that step, a symbol of the step or a_*end. by_before: whether the errors of
     u, of v need the step before. lag: the power of h with which a_0 differs from the motion's own acceleration; None
     where it does not. halved: the same step, of which two of half the length are made; None where no estimate needs
-    them. acceleration: from the equation of motion, in components of u, v named without a knot, t and the load.
+    them. acceleration: from the equation of motion, in components of u, v named without a knot, t and the load, and in
+    what `accelerating` computes before.
     between: the interpolant, for one coordinate of a step. remembered: what laws remember in the step, in components of
     u named without a knot and `elapsed`; elongations: those of the laws and their rates, named so too.
     """
@@ -49,6 +52,7 @@ class EstimatedBody:
     lag: int | None
     halved: Body | None
     acceleration: Matrix
+    accelerating: tuple[Part, ...]
     between: Interpolant
     remembered: tuple[Expr, ...]
     elongations: tuple[tuple[Expr, Expr], ...]
@@ -103,11 +107,11 @@ class EstimatedBody:
             elapsed: Integer(0),
             **{s: old for s, (old, _) in zip(motion.memory, body.memory, strict=True)},
         }
-        acceleration = motion.consistent_acceleration.xreplace(place)
+        acceleration, accelerating = _acceleration(scheme, motion, place)
         halved = Body.of(scheme, motion, now=t) if any(e.has(*HALVED[:2]) for e in errors) else None
         return cls(
             body, terms, once, [*changing, *body.near], uneven, found[0], found[1], found[2] if found[2:] else [],
-            always, kept, (by_before[0], by_before[1]), lag, halved, acceleration,
+            always, kept, (by_before[0], by_before[1]), lag, halved, acceleration, accelerating,
             Interpolant.of(knot(0), knot(1), order),
             tuple(e.xreplace({**place, elapsed: elapsed}) for e in motion.commit.values()),
             tuple((x.xreplace(place), r.xreplace(place)) for x, r in motion.elongations),
@@ -137,7 +141,23 @@ class EstimatedBody:
     @property
     def expressions(self) -> list[Expr]:
         """Every expression that a run computes."""
-        return [*self.body.expressions, *self.acceleration]
+        return [*self.body.expressions, *self.of_acceleration]
+
+    @property
+    def of_acceleration(self) -> list[Expr]:
+        """Every expression that the acceleration from the equation of motion is computed by."""
+        return [*(e for part in self.accelerating for _, e in part.assignments), *self.acceleration]
+
+
+def _acceleration(
+    scheme: Scheme, motion: EquationsOfMotion, place: Mapping[Symbol, Expr]
+) -> tuple[Matrix, tuple[Part, ...]]:
+    """The acceleration from the equation of motion at a place, and what is computed for it before."""
+    if inverted(motion.mass):
+        return motion.consistent_acceleration.xreplace(place), ()
+    w, (mass, force) = Writer(scheme.in_doubles, motion, ()), motion.constrained
+    found, parts = accelerated(w, mass.xreplace(place), force.xreplace(place), "given")
+    return found, (Part(w.constants), *parts)
 
 
 def _before(scheme: Scheme, used: set[Symbol]) -> dict[Symbol, Symbol]:

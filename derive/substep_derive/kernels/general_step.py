@@ -23,11 +23,12 @@ from ..declare.names import entry_name
 from ..declare.scheme import Balance, Scheme
 from ..declare.symbols import K0, C, K_t, M, N_discrete, h, kind_of, knot
 from ..motion.components import Assignments, Writer, assign, drawn_out
-from ..motion.equations import EquationsOfMotion, solved
+from ..motion.equations import EquationsOfMotion
 from ..step.step import Stage, Step
 from ..step.times import newest
 from .at_knots import AtKnots, places_of
-from .balance_step import BalanceStep, written
+from .balance_step import BalanceStep, Part, written
+from .held_block import accelerated
 from .held_rows import HeldRows, Taken
 from .reactions import by_velocity
 from .remembering import of_balance
@@ -72,10 +73,12 @@ def general_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
         nothing, ((inertia, *_),) = zeros(w.size), rows
         explicit = assign(at.z, w.hoisted(-at.at_rest(inertia) / inertia[0].diff(at.z[0])))
         return BalanceStep(
-            k, at.z, before, [], zeros(w.size, 1), nothing, nothing, None, Integer(0), after, nothing, solved=explicit
-        )
+            k, at.z, before, [], zeros(w.size, 1), nothing, nothing, None, Integer(0), after, nothing, solved=explicit,
+            prepared=tuple(at.prepared),
+        )  # fmt: skip
     found = _iterated(at, last, rows, reach, shift)
-    return replace(found, before=before + found.before, moving=moves + found.moving, after=after)
+    prepared = (*shift.prepared, *at.prepared)
+    return replace(found, before=before + found.before, moving=moves + found.moving, after=after, prepared=prepared)
 
 
 def _row(at: AtKnots, balance: Balance) -> Taken:
@@ -208,12 +211,13 @@ class _Shift:
     """What moves the displacements of a balance beside z, so that constraints may hold them and velocities alike.
 
     names: a multiplier (c, 1) for each such constraint. along: the names of M^-1 G^T (d, c) at t_n, which `before`
-    assigns. Where z moves a displacement by c_u z, these move it by c_u along*names.
+    assigns of what is prepared. Where z moves a displacement by c_u z, these move it by c_u along*names.
     """
 
     names: Matrix
     along: Matrix
     before: Assignments
+    prepared: tuple[Part, ...] = ()
 
     @classmethod
     def of(cls, w: Writer, k: int) -> "_Shift":
@@ -225,9 +229,10 @@ class _Shift:
         u0, when = list(w.components(knot(0).u)), w.instant(Integer(0))
         mass, _ = w.motion.equation(u0, u0, when)
         directions = held.directions_at(u0, when)
-        value = w.hoisted(Matrix.hstack(*(solved(mass, directions[j, :].T) for j in places)))
+        found = [accelerated(w, mass, directions[j, :].T, f"along{k}_{j}") for j in places]
+        value = w.hoisted(Matrix.hstack(*(column for column, _ in found)))
         along = Matrix(*value.shape, lambda i, j: Symbol(entry_name(f"along{k}_", i, j)))
-        return cls(names, along, assign(along, value))
+        return cls(names, along, assign(along, value), tuple(part for _, parts in found for part in parts))
 
     def applied(self, moves: Assignments, by_z: Mapping[Symbol, Expr], w: Writer) -> Assignments:
         """Assignments of displacements, with their derivatives by z, that these move as well."""

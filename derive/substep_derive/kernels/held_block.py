@@ -5,7 +5,9 @@ from collections.abc import Sequence
 from sympy import Integer, Matrix, S, Symbol, zeros
 
 from ..motion.components import Assignments, Writer, assign
-from .balance_step import eliminated
+from ..motion.equations import inverted, solved
+from .balance_step import Part
+from .linear_system import eliminated
 
 
 def held_block(
@@ -25,3 +27,12 @@ def held_solution(w: Writer, block: Matrix, right: Matrix, mark: str) -> tuple[M
     solution = Matrix([Symbol(f"move_{mark}_{j}") for j in range(len(right))])
     given = [(s, e) for s, e in assign(names, w.hoisted(right)) if s != 0]
     return solution, given, eliminated(block, names, solution, S.One, f"_{mark}")
+
+
+def accelerated(w: Writer, mass: Matrix, force: Matrix, mark: str) -> tuple[Matrix, tuple[Part, ...]]:
+    """The acceleration that a force gives, and what is computed for it where the inverse is not written out."""
+    if inverted(mass):
+        return solved(mass, force), ()
+    block, entries = held_block(w, (), mass, zeros(0, w.size), mark)
+    found, given, solve = held_solution(w, block, force, mark)
+    return found, (Part([*entries, *given]), Part(solve, named=False))

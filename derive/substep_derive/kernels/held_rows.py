@@ -127,4 +127,4 @@ def _of_balance(
     kept = lasting(w, k, (place.u, instant_of(place.u, w.instants)), at.in_z(place.u), at.in_z(v))
     w.reactions[s] = lasting_at(w.motion.scene, k)
     push = pushed(w, k, where.names, where.when, unknown, w.constant(share))
-    return rows, (held, rate, mean), (*kept, push)
+    return rows, (held, rate, mean), (*kept, *push)

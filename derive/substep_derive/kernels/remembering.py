@@ -15,11 +15,10 @@ from ..declare.names import label_name
 from ..declare.scene import Scene
 from ..declare.symbols import N, f, kind_of, knot_of, successor
 from ..motion.components import Assignments, Writer, assign
-from ..motion.equations import solved
 from ..step.step import Step
 from ..step.times import impulses, instant_of, instants_of, newest
 from .balance_step import Part
-from .held_block import held_block, held_solution
+from .held_block import accelerated, held_block, held_solution
 
 
 def at_start(scene: Scene) -> Matrix:
@@ -82,14 +81,15 @@ def lasting(w: Writer, k: int, where: tuple[Expr, Expr], u: Matrix, v: Matrix) -
     return [found, Part([*entries, *given]), Part([*solve, *result], named=False)]
 
 
-def pushed(w: Writer, k: int, u: Matrix, at: Expr, unknown: Matrix, share: Expr) -> Part:
+def pushed(w: Writer, k: int, u: Matrix, at: Expr, unknown: Matrix, share: Expr) -> list[Part]:
     """The acceleration, not remembered, that the reactions of the k-th balance have given to its z, by name.
 
     unknown: the reactions; share: what a force where the balance takes it gives to z, times the mass.
     """
     mass, _ = w.motion.equation(list(u), list(u), at)
     force = w.motion.held.directions_at(list(u), at).T * (unknown - share * lasting_at(w.motion.scene, k))
-    return Part(assign(w.components(_push(k)), w.hoisted(solved(mass, force))))
+    push, parts = accelerated(w, mass, force, f"push{k}")
+    return [*parts, Part(assign(w.components(_push(k)), w.hoisted(push)))]
 
 
 def _push(k: int) -> Symbol:

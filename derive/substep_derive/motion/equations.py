@@ -34,6 +34,7 @@ from .held import Held
 from .momenta import Momentum, momenta
 from .rate_terms import parts
 
+INVERTED = 4  # coordinates of a mass whose inverse is written out; of more, its system is solved
 DISSIPATED = Symbol("dissipated")  # the energy that the laws of a scene have dissipated
 
 
@@ -64,7 +65,13 @@ class EquationsOfMotion:
     def kinetic(self) -> Expr:
         """The declared kinetic energy, its squares of sines and cosines joined where that makes the mass constant."""
         T = self.scene.kinetic
-        return trigsimp(T.expand()) if self._hessian(T).free_symbols & set(self.coordinates) else T
+        if not self._hessian(T).free_symbols & set(self.coordinates):
+            return T
+        factors = dict[Expr, Expr]()  # of each product of rates; joining all of them at once takes much longer
+        for term in Add.make_args(T.expand()):
+            e, rates = term.as_independent(*self.scene.rates, as_Add=False)
+            factors[rates] = factors.get(rates, Integer(0)) + e
+        return Add(*((trigsimp(e) * rates).expand() for rates, e in factors.items()))
 
     @cached_property
     def mass(self) -> Matrix:
@@ -397,6 +404,11 @@ class EquationsOfMotion:
         if not self.mass_moves:
             return (self.mass.inv() * self._rest).applyfunc(cancel) if self.linear else self.mass.inv() * self._rest
         return solved(self.mass, self._rest)
+
+
+def inverted(mass: Matrix) -> bool:
+    """Whether what a mass matrix is inverted for is written out."""
+    return mass.rows <= INVERTED or mass == diag(*mass.diagonal())
 
 
 def solved(matrix: Matrix, right: Matrix) -> Matrix:

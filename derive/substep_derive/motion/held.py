@@ -48,13 +48,13 @@ class Held:
 
     @cached_property
     def _written(self) -> Matrix:
-        return Matrix([tidy(g).subs(self.scene.invariants) for g in self.by_name.values()])
+        return Matrix(len(self.by_name), 1, [tidy(g).subs(self.scene.invariants) for g in self.by_name.values()])
 
     @cached_property
     def expressions(self) -> Matrix:
         """The same (c, 1), in coordinates and time; 0 for one that holds rates."""
         pairs = zip(self._written, self.of_rates, strict=True)
-        return Matrix([Integer(0) if of_rates else e for e, of_rates in pairs])
+        return Matrix(len(self.by_name), 1, [Integer(0) if of_rates else e for e, of_rates in pairs])
 
     @cached_property
     def directions(self) -> Matrix:
@@ -71,7 +71,7 @@ class Held:
             return sum((e.diff(q) * v for q, v in along), Integer(0))
 
         pairs = zip(self._written, self.of_rates, strict=True)
-        first = Matrix([e if of_rates else rate_of(e) for e, of_rates in pairs])
+        first = Matrix(len(self.by_name), 1, [e if of_rates else rate_of(e) for e, of_rates in pairs])
         return first, first.applyfunc(rate_of)
 
     def at(self, matrix: Matrix, u: Sequence[Expr], v: Sequence[Expr], at: Expr) -> Matrix:

@@ -40,8 +40,8 @@ def momenta(coordinates: Mapping[Symbol, str], lagrangian: Expr, kept: Sequence[
     moved = [{b: a, a: -b} for a, b in planes] + [{a: Integer(1)} for a in q]
     names = [f"{a} {b}" for a, b in planes] + [str(a) for a in q]
     units = [ANGULAR] * len(planes) + [_unit(coordinates[a]) for a in q]
-    found = []
-    for weights in _vanishing([[_change(e, along) for along in moved] for e in (lagrangian, *kept)]):
+    found, whole = [], [_with_rates(along) for along in moved]
+    for weights in _vanishing([[_change(e, along, e.free_symbols) for along in whole] for e in (lagrangian, *kept)]):
         some = [k for k, w in enumerate(weights) if w]
         total = sum((weights[k] * x * lagrangian.diff(rate(a)) for k in some for a, x in moved[k].items()), Integer(0))
         unit = ANGULAR if any(units[k] == ANGULAR for k in some) else units[some[0]]
@@ -50,20 +50,26 @@ def momenta(coordinates: Mapping[Symbol, str], lagrangian: Expr, kept: Sequence[
     return found
 
 
-def _change(e: Expr, along: Mapping[Symbol, Expr]) -> Expr:
-    """The change of an expression with a motion of its coordinates, and with that of their rates."""
+def _with_rates(along: Mapping[Symbol, Expr]) -> Mapping[Symbol, Expr]:
+    """A motion of coordinates, and that of their rates."""
     of_rates = {rate(a): sum((x.diff(c) * rate(c) for c in x.free_symbols), Integer(0)) for a, x in along.items()}
-    return sum((x * e.diff(a) for a, x in {**along, **of_rates}.items()), Integer(0)).expand()
+    return {**along, **of_rates}
+
+
+def _change(e: Expr, along: Mapping[Symbol, Expr], own: set[Symbol]) -> Expr:
+    """The change of an expression, which has symbols of its own, with a motion of these."""
+    return sum((x * e.diff(a) for a, x in along.items() if a in own), Integer(0)).expand()
 
 
 def _vanishing(changes: Sequence[Sequence[Expr]]) -> list[list[Expr]]:
     """The independent integers (w_k), the first of them positive, for which each row's sum of w_k e_k vanishes."""
-    rows = []
+    rows = dict[tuple[Expr, ...], None]()
     for row in changes:
         terms = [e.as_coefficients_dict() for e in row]
-        rows += [[of.get(term, Integer(0)) for of in terms] for term in dict.fromkeys(x for of in terms for x in of)]
+        some = dict.fromkeys(x for of in terms for x in of)
+        rows |= {tuple(of.get(term, Integer(0)) for of in terms): None for term in some}
     found = []
-    for weights in Matrix(rows or [[0] * len(changes[0])]).nullspace():
+    for weights in Matrix(list(rows) or [[0] * len(changes[0])]).nullspace():
         first = next(w for w in weights if w)
         found.append(list(weights * ilcm(1, *(w.q for w in weights)) * sign(first)))
     return found

@@ -129,7 +129,7 @@ class Scene:
         """Acceleration (..., d) from the equation of motion; force: in place of the load's at t."""
         at = np.asarray(t)[None] if isinstance(self.load, LoadLanes) and np.ndim(u) > np.ndim(t) + 1 else t
         given = self.forces(at) if force is None else force
-        if self.info.multipliers:
+        if not hasattr(self.module, "acceleration"):
             return self._constrained(t, u, v, memory, given)[..., : u.shape[-1]]
         return self._evaluate("acceleration", t, u, v, given, memory=memory)
 

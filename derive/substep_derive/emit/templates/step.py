@@ -82,3 +82,34 @@ def _{g}_difference_slope(old, new):
             return slope
     return ({slope_at_new} - _{g}_difference(old, new)) / d
 '''
+
+FIRST_OF = '''
+
+@_inner
+def _first_of(system, n):
+    """The first unknown of a system, whose second matrix then ends with all: by elimination with partial pivoting."""
+    width = n + 1
+    A = system[n * width :]
+    for p in range(n * width):
+        A[p] = system[p]
+    for k in range(n):
+        at, most = k, abs(A[k * width + k])
+        for i in range(k + 1, n):
+            size = abs(A[i * width + k])
+            if size > most:
+                at, most = i, size
+        top, other = A[k * width + k : (k + 1) * width], A[at * width + k : (at + 1) * width]
+        for j in range(width - k if at > k else 0):
+            top[j], other[j] = other[j], top[j]
+        for i in range(k + 1, n):
+            row = A[i * width + k : (i + 1) * width]
+            times = row[0] / top[0]
+            for j in range(width - k if times != 0.0 else 0):
+                row[j] -= times * top[j]
+    for k in range(n - 1, -1, -1):
+        known = A[k * width + n]
+        for j in range(k + 1, n):
+            known -= A[k * width + j] * A[j * width + n]
+        A[k * width + n] = known / A[k * width + k]
+    return A[n]
+'''
