@@ -122,7 +122,7 @@ BLOCK_LOOKS = """    every = LOOK if out.shape[1] == 0 else 1  # a history ends 
             for number in range({kept}):
                 for j in range(begin, end):
                     rows[{kept} + number, j] = rows[number, j]
-            since, looks = i, min(ends, i + (every if i >= again else 1))
+            since, looks = i, min(ends, i + (LOOK if i >= again else 1))
 {steps}        for j in range(begin, end):
 {reported}
             peak_row[j] = max(peak_row[j], energy) + 0.0 * ({sum})  # NaN from a number on that is not finite
@@ -145,6 +145,9 @@ BLOCK_LOOKS = """    every = LOOK if out.shape[1] == 0 else 1  # a history ends 
                         n_done[lane], status[lane] = since, ENERGY_BOUND if peak_row[j] > bound_row[j] else NON_FINITE
                         for number in range({kept}):
                             rows[number, j] = rows[{kept} + number, j]
+                        for number in range(since // stride + 1, min(again // stride + 1, out.shape[1])):
+                            if runs[j]:  # its history ends here
+                                out[j - place, number] = 0.0
                 if not {leave}:
                     return
         if i % stride == 0:
