@@ -118,8 +118,8 @@ def _in_c(
     A, B, mass = quarter * hard, quarter * soft, 1 + damping * DT / 2
     few = np.stack([1 / (mass + A + B), 1 / (mass + A), 2 * A, B, quarter * (1 - alpha) * strengths])
     yields, sticks = 1 / (mass + A), 1 / (mass + quarter * k)
-    many = [DT * one, quarter * one, damping, hard, (1 - alpha) * strengths, yields, soft, k, sticks, strengths / k]
-    printed = np.stack([*many, hard / 2, soft / 2])
+    branches = [yields, yields * hard, yields * (1 - alpha) * strengths, sticks, sticks * soft, sticks * k]
+    printed = np.stack([DT * one, quarter * one, damping, *branches, strengths / k, soft, hard / 2, soft / 2])
     sums, ends = quarter * (f[:-1] + f[1:]), f[1:].copy()
     return {
         "C": ("bilinear", few, sums, 0 * one),

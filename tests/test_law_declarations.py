@@ -8,6 +8,7 @@ import pytest
 from hysteresis import Oscillator, exact, half_sine
 from plain_kernels import plain_adaptive, text_of, uncompiled
 from substep_derive import DeclarationError, Law, before, e, e_dot, elapsed, required
+from substep_derive.declare.branches import larger, smaller
 from substep_derive.declare.catalogue import find
 from substep_derive.declare.laws import declared
 from substep_derive.declare.laws.elastic import linear
@@ -144,6 +145,58 @@ def test_a_law_of_ones_own_is_that_of_the_catalogue() -> None:
     mine, its = (ss.march(ss.scene("hysteretic_oscillator", law=law, **of), "bathe", dt=0.05, t_end=2.0)
                  for law in (steel, "bilinear"))  # fmt: skip
     assert mine.u == pytest.approx(its.u, abs=1e-13)
+
+
+beyond, below = e - p > q_y / k, k * (e - p) < -q_y
+up, down = e - q_y / k, e + q_y / k
+
+
+@pytest.mark.parametrize(
+    "plastic",
+    [
+        Piecewise((up, beyond), (down, below), (p, True)),
+        Piecewise((down, below), (up, beyond), (p, True)),
+        Piecewise((down, below), (p, e <= p + q_y / k), (up, True)),
+        Piecewise((up, beyond), (p, k * (e - p) >= -q_y), (down, True)),
+    ],
+)
+def test_a_law_by_cases_is_solved_in_closed_form(plastic: Any) -> None:
+    steel = Law(
+        "steel",
+        parameters=(*PARAMETERS, required(alpha, Interval.Ropen(0, 1))),
+        memory={p: 0},
+        update={p: plastic},
+        force=alpha * k * e + (1 - alpha) * k * (e - p),
+    )
+    of = {"omega": 3.0, "xi": 0.02, "strength": 0.7, "hardening": 0.2, "load": ss.HalfSine(4.0, 0.6)}
+    mine, its = (ss.march(ss.scene("hysteretic_oscillator", law=law, **of), "bathe", dt=0.05, t_end=2.0)
+                 for law in (steel, "bilinear"))  # fmt: skip
+    assert mine.u == pytest.approx(its.u, abs=1e-13)
+    assert not mine.newton_iterations.any()
+
+
+@pytest.mark.parametrize(
+    ("force", "closed"),
+    [
+        (Piecewise((k * e, e < q_y / k), (q_y + alpha * k * (e - q_y / k), True)), True),
+        (Piecewise((k * e, e > -q_y / k), (-q_y + alpha * k * (e + q_y / k), True)), True),
+        (Piecewise((alpha * k * e, e < 0), (k * e, e < q_y / k), (q_y + alpha * k * (e - q_y / k), True)), True),
+        (Piecewise((-q_y, e < -q_y / k), (k * e, e < q_y / k), (q_y, True)), True),
+        (Piecewise((k * e, e < q_y / k), (2 * q_y + alpha * k * (e - q_y / k), True)), False),  # it jumps
+        (Piecewise((k * e, e < 0), (q_y * e, True)), False),  # it may bend to either side
+        (Piecewise((k * e, e < 0), (k * e**2, True)), False),
+        (Piecewise((k * e, e < p), (k * p, e < q_y), (k * p + k * (e - q_y), True)), False),  # p may be beyond q_y
+    ],
+)
+def test_cases_are_written_without_selections_where_they_are_seen_to_meet(force: Any, closed: bool) -> None:
+    law = own(parameters=(*PARAMETERS, required(alpha, Interval.Ropen(0, 1))), update={p: p}, force=force)
+    assert law.force.has(Piecewise) != closed
+    random = np.random.default_rng(4)
+    for _ in range(50):
+        at = dict(zip((e, p, k, q_y), map(Rational, random.integers(1, 40, 4)), strict=True))
+        at |= {e: at[e] - 20, p: at[p] - 20, alpha: Rational(1, 3)}
+        value = law.force.subs(at).replace(larger, Max).replace(smaller, Min)
+        assert value == force.subs(at)
 
 
 def test_a_sweep_takes_a_law_by_name() -> None:

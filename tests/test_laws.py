@@ -338,6 +338,25 @@ def test_the_account_of_energy_closes(scheme: str) -> None:
         assert stored + r.energy_dissipated[-1] == pytest.approx(along, rel=1e-12)
 
 
+@pytest.mark.usefixtures("plainly")
+@pytest.mark.parametrize("law", ["bilinear", "isotropic_bilinear"])
+@pytest.mark.parametrize("h", [0.1, 1.0, 7.0])
+@pytest.mark.parametrize("alpha", [0.0, 0.3])
+def test_steps_of_any_length_balance(law: str, h: float, alpha: float) -> None:
+    """The law followed by itself along the displacements, and Newmark's relations: omega h up to 44, with yielding."""
+    load = ss.Harmonic(9.0, 0.4 / h)
+    given = {"omega": OMEGA, "xi": 0.05, "law": law, "strength": 2.0, "hardening": alpha, "load": load}
+    r = ss.march(ss.scene("hysteretic_oscillator", **given), "average_acceleration", h, 60 * h)
+    assert r.status == "completed"
+    spring = ss.law(law, k=OMEGA**2, q_y=2.0, alpha=alpha)
+    forces, memory = spring.loop(r.u[:, 0])
+    assert np.count_nonzero(np.diff(memory[:, 0])) > 3
+    u, v, a = r.u[:, 0], r.v[:, 0], r.a[:, 0]
+    assert np.abs(a + 2 * 0.05 * OMEGA * v + forces - load(r.t)).max() <= 1e-12 * max(np.abs(forces).max(), 9.0)
+    assert np.abs(np.diff(v) - h / 2 * (a[1:] + a[:-1])).max() <= 1e-13 * (np.abs(v).max() + h * np.abs(a).max())
+    assert np.abs(np.diff(u) - h / 2 * (v[1:] + v[:-1])).max() <= 1e-13 * (np.abs(u).max() + h * np.abs(v).max())
+
+
 # -- bad input
 
 

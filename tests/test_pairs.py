@@ -93,6 +93,30 @@ def test_lanes_in_blocks_are_the_lanes_alone(scheme: str, scene: str, monkeypatc
         assert np.array_equal(each, abreast.iterations[lane, :done])
         assert np.array_equal(alone.newton[lane], [each.sum(axis=0), each.max(axis=0, initial=0)])
     without = march_lanes(mine, s, dt, n, bound=bound)
-    assert np.array_equal(without.newton, alone.newton)
+    for name in ("newton", "state", "peak", "n_done", "status"):
+        assert np.array_equal(getattr(alone, name), getattr(without, name), equal_nan=True), name
     assert not without.iterations.size
     assert not without.out.size
+
+
+@pytest.mark.usefixtures("uncompiled")
+@pytest.mark.pairs
+@pytest.mark.parametrize("history", [False, True])
+@pytest.mark.parametrize("stride", [1, 7])
+def test_a_lane_that_fails_between_two_looks_ends_where_it_fails(
+    stride: int, history: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Steps beyond the stability limit double the motion, or more: past a bound, or past all numbers."""
+    s, mine = ss.scheme("central_difference"), variant("linear_oscillator", load=push, omega=1.0, xi=0.02)
+    dt = np.array([0.1, 2.2, 2.5, 30.0, 0.3, 40.0, 2.1, 0.2])
+    n = np.array([103, 90, 400, 200, 5, 200, 33, 64])
+    bound = np.array([np.inf, 1e3, 1e300, np.inf, np.inf, np.inf, 1e1, 1e-3])
+    alone, abreast = (
+        march_lanes(mine, s, dt, n, bound=bound, stride=stride, extremes="uva", history=history)
+        for few in (100, 0)
+        if monkeypatch.setattr(scene_lanes, "FEW", few) is None
+    )
+    assert set(alone.status) == {0, 2, 3}
+    assert len(set(alone.n_done)) == len(n)
+    for name in ("out", "state", "peak", "n_done", "status", "extremes"):
+        assert np.array_equal(getattr(alone, name), getattr(abreast, name)), name

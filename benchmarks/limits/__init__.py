@@ -168,7 +168,7 @@ def companion_peaks(coefficients: Array, f: Array, peak: Array) -> Array:
 def bilinear(way: str, numbers: Array, loads: Array, out: Array) -> Array:
     """Oscillators with a bilinear spring from rest, into out (6, lanes), 16 | lanes; loads (n,), the rest as in laws.c.
 
-    way: "bilinear" or "bilinear_energy", numbers (5, lanes), or "bilinear_printed", numbers (12, lanes).
+    way: "bilinear" or "bilinear_energy", numbers (5, lanes), or "bilinear_printed", numbers (13, lanes).
     """
     _call(getattr(library("laws.c"), way), numbers.shape[1], len(loads), numbers, loads, out)
     return out

@@ -40,15 +40,16 @@
     }
 
 // The same motion by the step that substep prints: u, v, a, the plastic part p, what is dissipated and the largest
-// energy, f (n,) at the steps' ends. numbers (12, lanes): h, h^2/4, c, alpha k, (1 - alpha) q_y, 1/(1 + c h/2 +
-// h^2/4 alpha k), (1 - alpha) k, k, 1/(1 + c h/2 + h^2/4 k), q_y/k, alpha k/2, (1 - alpha) k/2; out (6, lanes).
+// energy, f (n,) at the steps' ends. With s = 1/(1 + c h/2 + h^2/4 alpha k) and t = 1/(1 + c h/2 + h^2/4 k) numbers
+// (13, lanes): h, h^2/4, c, s, s alpha k, s (1 - alpha) q_y, t, t (1 - alpha) k, t k, q_y/k, (1 - alpha) k,
+// alpha k/2, (1 - alpha) k/2; out (6, lanes).
 #define PRINTED(NAME, GROUPS)                                                                                   \
     static ptrdiff_t NAME(ptrdiff_t j, ptrdiff_t lanes, ptrdiff_t n, const double *numbers, const double *f,    \
                           double *out) {                                                                        \
         for (; j + GROUPS * LANES <= lanes; j += GROUPS * LANES) {                                              \
-            vec c[12][GROUPS], u[GROUPS], v[GROUPS], a[GROUPS], p[GROUPS], lost[GROUPS], top[GROUPS];           \
+            vec c[13][GROUPS], u[GROUPS], v[GROUPS], a[GROUPS], p[GROUPS], lost[GROUPS], top[GROUPS];           \
             for (int g = 0; g < GROUPS; g++) {                                                                  \
-                for (int e = 0; e < 12; e++) c[e][g] = load(numbers + e * lanes + j + g * LANES);               \
+                for (int e = 0; e < 13; e++) c[e][g] = load(numbers + e * lanes + j + g * LANES);               \
                 u[g] = v[g] = a[g] = p[g] = lost[g] = top[g] = all(0.0);                                        \
             }                                                                                                   \
             for (ptrdiff_t i = 0; i < n; i++) {                                                                 \
@@ -56,13 +57,13 @@
                 for (int g = 0; g < GROUPS; g++) {                                                              \
                     vec h = c[0][g], quarter = c[1][g], half = 0.5 * h;                                         \
                     vec far = a[g] * quarter + h * v[g] + u[g], way = a[g] * half + v[g];                       \
-                    vec r = c[2][g] * way - load, x = c[3][g] * far + r;                                        \
-                    vec stuck = c[8][g] * (c[6][g] * p[g] - c[7][g] * far - r);                                 \
-                    vec a1 = largest(c[5][g] * (-c[4][g] - x), smallest(c[5][g] * (c[4][g] - x), stuck));       \
+                    vec r = c[2][g] * way - load, x = c[3][g] * r + c[4][g] * far;                              \
+                    vec stuck = c[7][g] * p[g] - c[6][g] * r - c[8][g] * far;                                   \
+                    vec a1 = largest(-c[5][g] - x, smallest(c[5][g] - x, stuck));                               \
                     vec u1 = a1 * quarter + far, v1 = a1 * half + way;                                          \
                     vec p1 = largest(u1 - c[9][g], smallest(u1 + c[9][g], p[g])), e = u1 - p1;                  \
-                    lost[g] += c[6][g] * (p1 - p[g]) * e;                                                       \
-                    vec energy = c[10][g] * (u1 * u1) + c[11][g] * (e * e) + 0.5 * (v1 * v1);                   \
+                    lost[g] += c[10][g] * (p1 - p[g]) * e;                                                       \
+                    vec energy = c[11][g] * (u1 * u1) + c[12][g] * (e * e) + 0.5 * (v1 * v1);                   \
                     top[g] = largest(top[g], energy);                                                           \
                     u[g] = u1, v[g] = v1, a[g] = a1, p[g] = p1;                                                 \
                 }                                                                                               \

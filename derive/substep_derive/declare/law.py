@@ -13,6 +13,7 @@ from sympy import Expr, S, Symbol
 from .branches import by_branch
 from .errors import DeclarationError
 from .expressions import alike, expression, require_known, require_mapping
+from .joined import joined
 from .names import check_law
 from .parameter import Parameter, require_parameters
 from .symbols import rate
@@ -58,10 +59,11 @@ class Law:
         require_parameters(self.name, self.parameters)
         for name in ("force", "stored", "dissipated"):
             object.__setattr__(self, name, by_branch(expression(self.name, f"{name} of a law", getattr(self, name))))
+        object.__setattr__(self, "force", joined(self.force, e, self.parameters))
         for name in ("memory", "update"):
             require_mapping(self.name, name, getattr(self, name), Symbol)
             given = {s: expression(self.name, f"{name} of {s}", x) for s, x in getattr(self, name).items()}
-            object.__setattr__(self, name, {s: by_branch(x) for s, x in given.items()})
+            object.__setattr__(self, name, {s: joined(by_branch(x), e, self.parameters) for s, x in given.items()})
         values = {p.symbol for p in self.parameters}
         memory = set(self.memory)
         check_law(self.name, [p.symbol for p in self.parameters], [*memory, *map(before, memory)])

@@ -2,9 +2,10 @@
 
 The lines are those of the one-lane march with a name `u` replaced by `u[j]` of lane j, where u is a row of the block; a
 name that is used in only one loop over lanes stays a number. The result of each lane is the same as if it were marched
-alone: one that has converged gets corrections of 0; one that fails keeps its state by selection, and then gives its
-place to a copy of another, as one that has ended does. So no loop asks which lanes are at work, and iterations are
-counted once for all lanes as long as all take the same number.
+alone. Where balances iterate, one that has converged gets corrections of 0, one that fails keeps its state by
+selection, and iterations are counted once for all lanes as long as all take the same number. Where none does, nothing
+is selected: whether lanes fail is looked at after many steps, and if any does these are taken again, one by one. A lane
+that has failed or ended gives its place to a copy of another, so that no loop asks which lanes are at work.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,13 +16,11 @@ from ..kernels.balance_step import BalanceStep, Phase
 from ..kernels.body import Body
 from .printing import KernelPrinter, fill, lines, placed
 from .step_text import Layout, StepText
-from .templates.block import BLOCK, BLOCK_COUNT, BLOCK_COUNTS
+from .templates.block import BLOCK, BLOCK_COUNT, BLOCK_COUNTS, BLOCK_ITERATES, BLOCK_LOOKS, LOOK
 from .templates.step import NEWTON_SIDE_BY_SIDE
 
 WIDTH = 64  # most lanes of a block: the rows of a step fit a first cache of 32 kB
 EACH = "for j in range(begin, end):"
-# arguments of the function that lanes leave by, those of Newton's counts not among them
-_LEAVING = "rows", "leaves", "of_lane", "runs", "begin", "end", "place", "state", "extremes", "peak"
 
 
 def scalar_rows(body: Body) -> dict[str, str]:
@@ -70,7 +69,8 @@ def _read(expressions: Iterable[Expr]) -> set[str]:
 def _names(body: Body) -> Mapping[str, str]:
     """Text of every variable that is a row: its place in this."""
     rows = {name: name for name in (*vector_rows(body), *(f"go_{k}" for k in body.iterated))} | scalar_rows(body)
-    return {name: f"{row}[j]" for name, row in rows.items()}
+    loads = {str(s): f"({s}[j] + common_{k})" for k, s in enumerate(body.loads)}
+    return {name: f"{row}[j]" for name, row in rows.items()} | loads
 
 
 def _march(body: Body, step: StepText, arguments: Sequence[str]) -> str:
@@ -79,38 +79,52 @@ def _march(body: Body, step: StepText, arguments: Sequence[str]) -> str:
     after = {str(new): old for old, new in body.shift}
     stored = [(place, after.get(str(e), e)) for place, e in body.stored]
     reported = [str(e) for _, e in stored][: body.reported_numbers]
-    others = [name for name in vector_rows(body) if name not in reported]
-    rows = [*reported, *others, *row_of.values(), "peak_row", "seen", "leaves"]
-    rows += ["size", *(f"{name}_{k}" for k in iterated for name in ("go", "idle", "sum", "most"))] if iterated else []
-    leaving = [*_LEAVING, *(["newton", "common"] if iterated else [])]
+    extremes, kept, more = [""] * len(reported), list[str](), list[str]()  # rows without a name
+    if iterated:
+        more = ["peak_row", "seen", "leaves", "size"]
+        more += [f"{name}_{k}" for k in iterated for name in ("go", "idle", "sum", "most")] + extremes
+    else:  # what is kept comes first, and then what was
+        kept = [*(name for name, _ in body.places if name not in reported), "peak_row", *extremes]
+        kept, more = kept + [""] * len(reported + kept), ["leaves"]
+    others = [name for name in vector_rows(body) if name not in reported + kept]
+    rows = [*reported, *kept, *others, *row_of.values(), *more]
+    extreme = rows.index("")
+    leave = "rows", "leaves", "of_lane", "runs", "begin", "end", "place", "state", "extremes", "peak"
+    leaving = ", ".join([*leave, *(["newton", "common"] if iterated else [])])
     stores = [f"row[{place}] = {w.doprint(e)}" for place, e in stored]
     read = [f"{row}[j] = {name}[lane]" for name, row in row_of.items()]
     read += [*(f"{name}[j] = state[lane, {place}]" for name, place in body.places), "peak_row[j] = -np.inf"]
+    read += [f"{s}[j] = 0.0" for s in body.loads]
     read += [f"{name}[j] = 0.0" for name in ("leaves", *(f"{sums}_{k}" for k in iterated for sums in ("sum", "most")))]
     constants = lines([*body.constants, *body.near], 2, w)
-    read_shift, shift = _shift(body, w)
+    loop = {
+        "leave": f"_leave({leaving})",
+        "steps": step.phases,
+        "reported": step.last,
+        "sum": " + ".join(w.doprint(Symbol(name)) for name in body.finite),
+        "extreme": extreme,
+        "store": placed(stores, 6),
+    }
+    if iterated:
+        read_shift, shift = _shift(body, w)
+        all_go = f"{placed(map(_all_go, iterated), 4)}\n"
+        loop |= {"all_go": all_go, "read_shift": read_shift, "shift": shift, "count": _count(iterated)}
+    else:
+        loop |= {"kept": len(reported + kept) // 2, "shift": lines(body.shift, 3, w)}
     return fill(
         BLOCK,
         width=WIDTH,
+        look="" if iterated else LOOK,
         arguments=", ".join(arguments),
-        leaving=", ".join(leaving),
+        leaving=leaving,
         results=_results(body, rows),
-        rows=len(rows) + len(reported),
-        extreme=len(rows),
+        rows=len(rows),
+        extreme=extreme,
         counts=fill(BLOCK_COUNTS, balances=len(body.scheme.balances)) if iterated else "",
-        allocate=placed([*(f"{name} = rows[{k}]" for k, name in enumerate(rows)), *step.rooms], 1),
+        allocate=placed([*(f"{name} = rows[{k}]" for k, name in enumerate(rows) if name), *step.rooms], 1),
         read=placed(read, 2),
         constants=f"    {EACH}\n{constants}\n" if constants else "",
-        all_go=f"{placed(map(_all_go, iterated), 4)}\n" if iterated else "",
-        leave=f"_leave({', '.join(leaving)})",
-        waiting="        waited = False\n" if iterated else "",
-        steps=step.phases,
-        reported=step.last,
-        sum=" + ".join(w.doprint(Symbol(name)) for name in body.finite),
-        read_shift=read_shift,
-        shift=shift,
-        count=_count(iterated) if iterated else "",
-        store=placed(stores, 6),
+        loop=fill(BLOCK_ITERATES if iterated else BLOCK_LOOKS, **loop),
     )
 
 

@@ -97,19 +97,19 @@ class _Writer:
         return "\n".join([*([placed([self.layout.each], 2)] if self.layout.each else []), text])
 
     def loads(self, body: Body) -> str:
-        """Lines that read the loads of a step: side by side without a search for a lane's own where all share one."""
-        w, instants = self.printer, [self.printer.doprint(t + tau * h) for tau in body.stencil]
+        """Lines that read the loads of a step; side by side a number where all lanes share them, else a row."""
+        instants = [self.printer.doprint(t + tau * h) for tau in body.stencil]
 
         def of(lane: str) -> list[str]:
-            read = (self.clock.load.format(lane=lane, k=k, at=at) for k, at in enumerate(instants))
-            return [f"{w.doprint(s)} = {text}" for s, text in zip(body.loads, read, strict=True)]
+            return [self.clock.load.format(lane=lane, k=k, at=at) for k, at in enumerate(instants)]
 
         if not self.layout.each:
-            return placed(of(self.layout.lane), self.layout.depth)
-        shared, own = (
-            placed([self.layout.each, *(f"    {x}" for x in of(lane))], 3) for lane in ("0, ", self.layout.lane)
-        )
-        return "\n".join([placed(["if forces.shape[0] == 1:"], 2), shared, placed(["else:"], 2), own])
+            read = (f"{s} = {text}" for s, text in zip(body.loads, of(self.layout.lane), strict=True))
+            return placed(read, self.layout.depth)
+        common = [f"common_{k} = {text} if forces.shape[0] == 1 else 0.0" for k, text in enumerate(of("0, "))]
+        own = (f"    {s}[j] = {text}" for s, text in zip(body.loads, of(self.layout.lane), strict=True))
+        own = placed([self.layout.each, *own], 3)
+        return "\n".join([placed([*common, "if forces.shape[0] > 1:"], 2), own])
 
     def straight(self, parts: Sequence[Part | str]) -> str:
         """Lines of assignments."""

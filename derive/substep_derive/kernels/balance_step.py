@@ -5,7 +5,7 @@ constant matrix c_a M + c_v C + c_u K, inverted once a run; Newton's iteration i
 depends on z. Of balances that are solved together z is the vector of all their accelerations.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -182,7 +182,10 @@ def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
     slope = free = inertia.jacobian(z)  # the residual's derivative by z, without that of the internal force
     reach, before, after = reached(w, stage, z, lambda e: w.hoisted(solved(e)))
     moves = list(after)
-    after = after + written(w, {s: e for s, e in stage.in_z.items() if s in wanted and s not in reach})
+    others = {s: w.vector(e) for s, e in stage.in_z.items() if s in wanted and s not in reach}
+    begun, still, others = _named(w, still, others, at_zero)
+    before += begun
+    after = after + [both for s, e in others.items() for both in assign(w.components(s), w.hoisted(e))]
     by_rate = each(lambda b: _rate_force(w, solved(b.damping), z)[0])
     rate_slope = each(lambda b: _rate_force(w, solved(b.damping), z)[1])
     if (not stage.moved or w.motion.linear) and rate_slope.is_zero_matrix:
@@ -237,6 +240,21 @@ def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
         k, z, before, moves + mixed, w.hoisted(residual), w.hoisted(slope + by_z), Matrix(), first, c_u, after, slope,
         bounds=[(Symbol(f"low_{k}"), -oo), (Symbol(f"high_{k}"), oo)] if bends else [],
     )  # fmt: skip
+
+
+def _named(
+    w: Writer, still: Matrix, moved: Mapping[Symbol, Matrix], at_zero: Mapping[Expr, Integer]
+) -> tuple[Assignments, Matrix, dict[Symbol, Matrix]]:
+    """Names for what vectors are at z = 0, where a residual reads it: assigned, and put into it and the vectors."""
+    names, found, others = dict[Expr, Symbol](), Assignments(), dict[Symbol, Matrix]()
+    for s, e in moved.items():
+        known = e.subs(at_zero)
+        stars = w.components(Symbol(f"{s.name[0]}_*star{len(names) or ''}"))
+        read = [k for k, x in enumerate(known) if x.is_Add and still.has(x)]
+        names |= {known[k]: stars[k] for k in read}
+        found += [(stars[k], w.hoist(known[k])) for k in read]
+        others[s] = Matrix([x - known[k] + stars[k] if k in read else x for k, x in enumerate(e)])
+    return found, still.xreplace(names), others
 
 
 def _rate_force(w: Writer, speed: Matrix, z: Matrix) -> tuple[Matrix, Matrix]:

@@ -8,7 +8,7 @@ that holds is found by comparing roots, without trying one branch after another.
 from collections.abc import Sequence
 from typing import Any
 
-from sympy import Add, And, Expr, Mul, Piecewise, S, Symbol, collect, nan
+from sympy import Add, And, Dummy, Expr, Mul, Piecewise, S, Symbol, collect, nan
 
 from ..declare.branches import larger, smaller
 from ..declare.parameter import Parameter, positive
@@ -17,14 +17,18 @@ from ..motion.components import Writer
 
 def root(residual: Expr, z: Symbol, w: Writer) -> Expr | None:
     """The z at which the residual is 0, NaN where a branch does not increase; None if it is not piecewise linear."""
-    slopes = list[Expr]()
-    found = _root(residual, z, w, (*w.scheme.parameters, *w.motion.scene.parameters), slopes)
+    branches = dict[Expr, Expr]()
+    found = _root(residual, z, (*w.scheme.parameters, *w.motion.scene.parameters), branches)
     if found is None:
         return None
-    # a comparison with NaN is false, so that it is added, not compared
-    of_run = [s > 0 for s in slopes if s.free_symbols <= w.fixed]
-    of_step = [w.hoist(s) > 0 for s in slopes if not s.free_symbols <= w.fixed]
-    return found + w.constant(_unless(of_run)) + _unless(of_step)
+    slopes = {e: e.diff(z) for e in branches.values()}
+    run = {e: s for e, s in slopes.items() if s.free_symbols <= w.fixed}
+    of_run = w.constant(_unless([s > 0 for s in dict.fromkeys(run.values())]))
+    of_step = [w.hoist(s) > 0 for s in dict.fromkeys(slopes.values()) if not s.free_symbols <= w.fixed]
+    roots = {name: _of_branch(e, slopes[e], z, w, of_run) for name, e in branches.items()}
+    # a comparison with NaN is false, so that it is added, not compared: to the reciprocal slopes of all branches, or
+    # where some are those of a law whose stiffness it remembers, to the root
+    return found.xreplace(roots) + (of_run + _unless(of_step) if of_step else S.Zero)
 
 
 def _unless(rises: Sequence[Any]) -> Expr:
@@ -32,8 +36,18 @@ def _unless(rises: Sequence[Any]) -> Expr:
     return Piecewise((0, And(*rises)), (nan, True)) if rises else S.Zero
 
 
-def _root(e: Expr, z: Symbol, w: Writer, parameters: Sequence[Parameter], slopes: list[Expr]) -> Expr | None:
-    """The root, by the roots of the branches, whose slopes are put into a list."""
+def _of_branch(e: Expr, slope: Expr, z: Symbol, w: Writer, nothing: Expr) -> Expr:
+    """The root of a linear branch; nothing: 0, or NaN where there is no root, a constant."""
+    known = e.subs(z, 0)
+    if not slope.free_symbols <= w.fixed:
+        return -w.hoist(known) / w.hoist(slope)
+    over = w.constant(1 / slope + nothing)
+    moving = sorted(known.free_symbols - w.fixed, key=str)
+    return w.hoist(collect((-over * known).expand(), moving)) if known != 0 else nothing
+
+
+def _root(e: Expr, z: Symbol, parameters: Sequence[Parameter], branches: dict[Expr, Expr]) -> Expr | None:
+    """The root in names of the roots of the branches, which are put into a dictionary."""
     e = _distributed(e)
     for term in Add.make_args(e):
         factors = Mul.make_args(term)
@@ -44,22 +58,17 @@ def _root(e: Expr, z: Symbol, w: Writer, parameters: Sequence[Parameter], slopes
         rises = positive(factor, parameters, or_zero=True)
         if len(branching) > 1 or factor.has(z) or not (rises or positive(-factor, parameters, or_zero=True)):
             return None
-        roots = [_root(factor * x + (e - term), z, w, parameters, slopes) for x in branching[0].args]
+        roots = [_root(factor * x + (e - term), z, parameters, branches) for x in branching[0].args]
         found = [x for x in roots if x is not None]
         if len(found) < len(roots):
             return None
         return (larger if isinstance(branching[0], smaller) == rises else smaller)(*found)
     whole = e.expand()
-    slope = whole.diff(z)
-    if slope.has(z):
+    if whole.diff(z).has(z):
         return None
-    if slope not in slopes:
-        slopes.append(slope)
-    known = whole.subs(z, 0)
-    if not slope.free_symbols <= w.fixed:  # of a law whose stiffness it remembers
-        return -w.hoist(known) / w.hoist(slope)
-    known = collect(known, sorted(known.free_symbols - w.fixed, key=str))
-    return -w.hoist(known) * w.constant(1 / slope)
+    name = Dummy()
+    branches[name] = whole
+    return name
 
 
 def _distributed(e: Expr) -> Expr:

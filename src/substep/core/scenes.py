@@ -246,7 +246,7 @@ class Scene:
         given = [memory] if reads else []
         last = [elapsed] if elapsed is not None else [force] if self.info.sampled else []
         inner = (1,) * (np.ndim(u) - 2)  # axes between a lane's and the coordinates'
-        values = (x.reshape(-1, *inner) if np.ndim(x) else x for x in self.parameters.values())
+        values = (x.reshape(-1, *inner) if getattr(x, "ndim", 0) else x for x in self.parameters.values())
         with np.errstate(all="ignore"):
             return getattr(self.module, function)(*values, t, u, v, *given, *last)
 
@@ -376,7 +376,10 @@ def make_scene(
             one.require_allowed(u0[where], v0[where])
     wanted = a0 if a0 is not None else "consistent" if given is None else given
     later = later and isinstance(wanted, str)
-    return replace(draft, a0=np.broadcast_to(np.nan, u0.shape) if later else _acceleration(draft, wanted))
+    found = replace(draft, a0=np.broadcast_to(np.nan, u0.shape) if later else _acceleration(draft, wanted))
+    if "memory0" in vars(draft):  # no other with another a0
+        vars(found)["memory0"] = draft.memory0
+    return found
 
 
 def require_made(scene: Scene) -> None:

@@ -29,7 +29,7 @@ bilinear = Law(
 
 # with the accumulated plastic elongation kappa the strength grows, by the modulus that gives the slope alpha*k
 modulus = alpha * k / (1 - alpha)
-trial, limit = k * (e - p), q_y + modulus * kappa
+trial, limit, flow = k * (e - p), q_y + modulus * kappa, (1 - alpha) / k
 above, below = larger(trial - limit, 0), smaller(trial + limit, 0)  # how far the force would be beyond both limits
 grown = kappa - before(kappa)
 
@@ -37,7 +37,11 @@ isotropic_bilinear = Law(
     "isotropic_bilinear",
     parameters=(required(k), required(q_y), HARDENING),
     memory={p: 0, kappa: 0},
-    update={p: p + (1 - alpha) / k * (above + below), kappa: kappa + (1 - alpha) / k * (above - below)},
+    # no sum of both for p: one branch of that would be beyond both limits, where the force falls
+    update={
+        p: clip(p, p + flow * (trial - limit), p + flow * (trial + limit)),
+        kappa: kappa + flow * (above - below),
+    },
     force=k * (e - p),
     stored=k * (e - p) ** 2 / 2,
     dissipated=(q_y + modulus * (kappa + before(kappa)) / 2) * grown,
