@@ -45,8 +45,8 @@ def test_a_relation_that_repeats_another() -> None:
 
 
 def test_a_relation_that_is_not_linear() -> None:
-    with pytest.raises(DeclarationError, match="not linear"):
-        derive(Scheme("bad", {**GOOD, v1: v0 * a1}, (Balance.at(end, 1),))).den
+    with pytest.raises(DeclarationError, match=r"relation of v_1 as a linear combination .* got a_1\*v_0"):
+        Scheme("bad", {**GOOD, v1: v0 * a1}, (Balance.at(end, 1),))
 
 
 @pytest.mark.parametrize("odd", [sqrt(2), 0.25, pi, sqrt(gamma), 2**gamma, Abs(gamma), sin(1), I], ids=str)
@@ -77,7 +77,7 @@ def test_balances_in_the_wrong_order() -> None:
 def test_a_state_that_is_not_carried_over() -> None:
     vm = knot(-1).v
     with pytest.raises(DeclarationError, match="no relation defines"):
-        derive(Scheme("bad", {u1: u0 + h * vm, Symbol("v_q"): a1}, (Balance(a1, v0, N(u1), f(1)),), start={vm: v0})).den
+        Scheme("bad", {u1: u0 + h * vm, Symbol("v_q"): h * a1}, (Balance(a1, v0, N(u1), f(1)),), start={vm: v0})
 
 
 def test_a_start_with_irrational_numbers() -> None:

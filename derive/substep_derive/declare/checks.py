@@ -8,13 +8,27 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any, Protocol
 
-from sympy import Add, Expr, Mul, Pow, Rational, Symbol, SympifyError, preorder_traversal, sympify
+from sympy import (
+    Add,
+    Expr,
+    Mul,
+    Poly,
+    Pow,
+    Rational,
+    Symbol,
+    SympifyError,
+    fraction,
+    preorder_traversal,
+    sympify,
+    together,
+)
 
 from ..algebra.constant import Constant, constants_of
 from .errors import DeclarationError
 from .names import check_scheme
 from .parameter import Family, Parameter, Root
-from .symbols import K0, NAMED, C, K_t, M, N, N_discrete, auxiliary, f, h, knot, knot_of, lattice
+from .symbols import K0, NAMED, C, K_t, M, N, N_discrete, auxiliary, f, h, knot, knot_of, lattice, successor
+from .units import check_units
 
 START_KNOT = frozenset(knot(0))
 
@@ -50,6 +64,8 @@ class _Declared(Protocol):
     def unknowns(self) -> tuple[Symbol, ...]: ...
     @cached_property
     def state(self) -> tuple[Symbol, ...]: ...
+    @cached_property
+    def denominators(self) -> tuple[Expr, ...]: ...
     @property
     def start_scheme(self) -> Any: ...
 
@@ -63,12 +79,15 @@ def check(scheme: _Declared) -> None:
     _symbols(scheme)
     _constant(scheme)
     _exact(scheme)
+    if scheme.parent is None:  # in a member, an interval may reach further than the values that are left
+        _divisions(scheme)
     _balances(scheme)
+    check_units(scheme)
     _count(scheme)
     _start(scheme)
+    _carried(scheme)
     _results(scheme, "report", scheme.report, knot(1))
     _results(scheme, "embedded", scheme.embedded, knot(1)[:2])
-    _embedded(scheme)
 
 
 def expression(owner: str, value: Any) -> Expr:
@@ -177,6 +196,21 @@ def _exact(scheme: _Declared) -> None:
             )
 
 
+def _divisions(scheme: _Declared) -> None:
+    """A declaration divides by no function of one parameter, or of a family's argument, that vanishes in its range."""
+    ranges = {p.symbol: p for p in (*scheme.parameters, *(family.argument for family in scheme.families))}
+    powers = (part for family in scheme.families for e in family.values.values() for part in e.atoms(Pow))
+    for e in (*scheme.denominators, *(part.base for part in powers if part.exp.is_negative)):
+        if len(e.free_symbols) != 1 or (p := ranges.get(*e.free_symbols)) is None:
+            continue
+        roots = Poly(fraction(together(e))[0], p.symbol).real_roots()
+        if inside := [root for root in roots if p.domain.contains(root) == True]:  # noqa: E712 (a SymPy boolean)
+            raise DeclarationError(
+                f"{scheme.name} divides by {e}: expected an interval of {p.name} without {inside[0]}, where that is 0, "
+                f"got {p.written}; declare one that leaves it out"
+            )
+
+
 def is_rational(part: Expr) -> bool:
     """Whether an expression is rational in its arguments, which are checked on their own."""
     declared = (Rational, Symbol, Add, Mul, f, N, N_discrete, K_t)
@@ -230,6 +264,16 @@ def _count(scheme: _Declared) -> None:
         )
 
 
+def _carried(scheme: _Declared) -> None:
+    """A step gives what the next one reads, and u_1 and v_1 unless something else is reported."""
+    needed = (*map(successor, scheme.state), *(s for s in knot(1)[:2] if s not in scheme.report))
+    if missing := [s for s in needed if s not in (*scheme.unknowns, *scheme.state)]:
+        raise DeclarationError(
+            f"{scheme.name}: the step reads {_listed(scheme.state)} but no relation defines {missing[0]} at its end; "
+            "give one, or for u_1 and v_1 a report"
+        )
+
+
 def _start(scheme: _Declared) -> None:
     start = scheme.start_scheme
     if start is not None:
@@ -277,17 +321,6 @@ def _results(scheme: _Declared, what: str, given: Mapping[Symbol, Expr], expecte
         if unknown := [s for s in knots if s not in (*scheme.unknowns, *scheme.state)]:
             raise DeclarationError(
                 f"{scheme.name}: {what} of {symbol} holds {_listed(unknown)}, which the step does not define"
-            )
-
-
-def _embedded(scheme: _Declared) -> None:
-    for symbol, e in scheme.embedded.items():
-        knots = [s for s in e.free_symbols if knot_of(s)]
-        constant = e.subs(dict.fromkeys(knots, 0))
-        slopes = [e.diff(symbol) for symbol in knots]
-        if constant != 0 or any(slope.diff(s) != 0 for slope in slopes for s in slope.free_symbols.intersection(knots)):
-            raise DeclarationError(
-                f"{scheme.name}: expected embedded {symbol} as a linear combination of knots' symbols, got {e}"
             )
 
 

@@ -28,7 +28,7 @@ _OWN_LABELS = re.compile(
 _NUMBERS = re.compile(r"m?\d+(o\d+)?")  # names of labels that are numbers
 
 # names of the derivation's symbols, which a scheme's parameter would be taken for
-_DERIVATION = {"h", "omega", "Omega", "xi", "lambda", "mu", "z", "M", "C", "K0", "K_t", "t", "f"}
+_DERIVATION = {"h", "omega", "Omega", "xi", "lambda", "mu", "z", "M", "C", "K", "K0", "K_t", "t", "f"}
 # keyword arguments of functions that take parameters by name
 _CALLS = {
     *("name", "scene", "scheme", "dt", "t_end", "keep", "samples", "energy_bound", "a0", "load", "save", "client"),

@@ -11,7 +11,7 @@ from ..algebra.exact_number import exact_number
 from .catalogue import find
 from .errors import DeclarationError
 from .parameter import Parameter, Root
-from .scheme import TOLERANCE, Scheme, both_given
+from .scheme import TOLERANCE, Scheme, both_given, divided_by_zero
 
 
 @dataclass(frozen=True)
@@ -46,6 +46,10 @@ class ParameterSet:
                 raise both_given(declared.name, symbol, decided[symbol][0], value, values[symbol])
         for parameter in declared.parameters:
             _check_inside(declared, parameter, values[parameter.symbol], field)
+        for e in declared.denominators:
+            at = e.xreplace(values)
+            if at.is_finite is False or not field.number(at):
+                raise divided_by_zero(declared.name, e, values)
         if number is not None and field.sign(field.number(number)) < 0:
             raise ValueError(f"expected a damping ratio xi >= 0, got {damping}")
         return cls(declared, own | {s: values[s] for s in declared.values}, number, field)

@@ -9,16 +9,17 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-from sympy import Dummy, Expr, Poly, Rational, Symbol, cancel, fraction, sympify, together
+from sympy import Dummy, Expr, Poly, Pow, Rational, Symbol, cancel, fraction, sympify, together
 
 from ..algebra.constant import Constant, approximated, constants_of, replaced
 from ..algebra.exact_number import exact_number
 from .checks import check, expression
 from .errors import DeclarationError
+from .expressions import require_mapping
 from .names import printed
 from .parameter import Family, Parameter, Root
 from .published import Published
-from .symbols import Knot, N, f, knot_of, lattice
+from .symbols import Knot, N, f, knot_of, lattice, steps_back, successor
 
 TOLERANCE = Rational(1, 10**8)  # to which a value may be rounded that another one decides
 
@@ -92,7 +93,8 @@ class Scheme:
     def __post_init__(self) -> None:
         for name in ("relations", "start", "report", "embedded"):
             given: Mapping[Symbol, Any] | Scheme = getattr(self, name)
-            if isinstance(given, Mapping):
+            if not isinstance(given, Scheme):
+                require_mapping(self.name, name, given, Symbol)
                 object.__setattr__(self, name, {s: expression(self.name, e) for s, e in given.items()})
         check(self)
 
@@ -124,12 +126,24 @@ class Scheme:
             symbols |= balance.symbols | balance.load.free_symbols
         return frozenset(symbols)
 
+    @property
+    def _given(self) -> list[Expr]:
+        """The expressions of relations, report, embedded and balances."""
+        given = [*self.relations.values(), *self.report.values(), *self.embedded.values()]
+        return given + [e for b in self.balances for e in (b.inertia, b.damping, b.force, b.load)]
+
     @cached_property
     def constants(self) -> tuple[Constant, ...]:
         """The algebraic numbers in relations, balances, report and embedded that are no parameters."""
-        given = [*self.relations.values(), *self.report.values(), *self.embedded.values()]
-        given += [e for b in self.balances for e in (b.inertia, b.damping, b.force, b.load)]
-        return constants_of(given)
+        return constants_of(self._given)
+
+    @cached_property
+    def denominators(self) -> tuple[Expr, ...]:
+        """Functions of parameters alone by which the declaration divides."""
+        start = self.start.values() if isinstance(self.start, Mapping) else ()
+        powers = {part for e in (*self._given, *start) for part in e.atoms(Pow) if part.exp.is_negative}
+        own = {*self.values, *self.constants}
+        return tuple(sorted({p.base for p in powers if p.base.free_symbols and p.base.free_symbols <= own}, key=str))
 
     @property
     def constant(self) -> Constant | None:
@@ -183,9 +197,13 @@ class Scheme:
 
     @cached_property
     def state(self) -> tuple[Symbol, ...]:
-        """Old symbols that the step reads: what must be carried from step to step."""
+        """Old symbols that the step reads, and those between them and t_n: what must be carried from step to step."""
         new = set(self.unknowns)
-        return tuple(sorted((s for s in self.mentioned if knot_of(s) and s not in new), key=_knot_order))
+        found = {s for s in self.mentioned if knot_of(s) and s not in new}
+        for s in list(found):
+            while (s := successor(s)) not in new and steps_back(s) >= 0:
+                found.add(s)
+        return tuple(sorted(found, key=_knot_order))
 
     @property
     def takes_damping(self) -> bool:
@@ -275,6 +293,9 @@ class Scheme:
                     raise both_given(self.name, symbol, by, exact[symbol], value)
                 _check_inside(self.name, next(p for p in self.parameters if p.symbol == symbol), value)
                 exact[symbol] = value
+        for e in self.denominators:
+            if (value := e.subs(exact)) == 0 or value.is_finite is False:
+                raise divided_by_zero(self.name, e, exact)
         kept = [p for p in self.parameters if p.symbol not in exact]
         return replace(
             self,
@@ -303,6 +324,14 @@ def both_given(scheme: str, symbol: Symbol, by: Symbol, given: Expr, follows: Ex
     return DeclarationError(
         f"{scheme}: {by} decides {symbol}: expected one of the two, got {symbol} = {given} and a {by} for which it is "
         f"{follows}; leave out one"
+    )
+
+
+def divided_by_zero(scheme: str, e: Expr, values: Mapping[Symbol, Expr]) -> DeclarationError:
+    """That a declaration divides by what is 0 at values of its parameters."""
+    at = ", ".join(f"{s} = {values[s]}" for s in sorted(e.free_symbols & values.keys(), key=str))
+    return DeclarationError(
+        f"{scheme} divides by {e}: expected parameters at which that is not 0, got {at}; choose other values"
     )
 
 
