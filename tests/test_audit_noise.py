@@ -50,7 +50,7 @@ def nothing_false(report: Report) -> None:
     assert not {"false", "partly"} & {judgement.verdict for judgement in report.judgements}, report.text
 
 
-@pytest.mark.matrix
+@pytest.mark.matrix(24)
 @pytest.mark.parametrize("digits", [7, 5, 4, 3])
 @pytest.mark.parametrize("name", SCHEMES)
 def test_printed_digits_are_counted_and_not_held_against_the_scheme(name, digits):
