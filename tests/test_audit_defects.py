@@ -20,6 +20,8 @@ from substep_audit.programs.adapter import Integrator
 
 import substep as ss
 
+pytestmark = pytest.mark.usefixtures("few_members")
+
 CENTRAL = ss.Claims("newmark", order=2, parameters={"beta": 0.0, "gamma": 0.5})
 HILBER = ss.Claims("generalized_alpha", parameters={"alpha_m": 0.0, "alpha_f": 0.1, "beta": 0.3025, "gamma": 0.6})
 
