@@ -46,10 +46,13 @@ reproduce: $(READY)
 
 # room for what pyright makes and drops, which saves a fifth of its time; only where there is a node that takes the option
 YOUNG := --max-semi-space-size=64
+# in the gate the types of what is installed, in `make lint` and `make verify` those of tests, benchmarks and the site, too
+test: TYPED := src derive extras
 lint: $(TOOLS)
 	$(BIN)/lint-imports --no-logo
 	$(BIN)/ruff check . && $(BIN)/ruff format --check .
-	@echo "$(BIN)/pyright" && NODE_OPTIONS="$$(NODE_OPTIONS=$(YOUNG) node -e 0 2>/dev/null && echo $(YOUNG))" $(BIN)/pyright
+	@echo "$(BIN)/pyright $(TYPED)" && \
+	  NODE_OPTIONS="$$(NODE_OPTIONS=$(YOUNG) node -e 0 2>/dev/null && echo $(YOUNG))" $(BIN)/pyright $(TYPED)
 
 # one thread of linear algebra for each of pytest's workers: others would spin while they wait for the cores of these
 test verify: export OPENBLAS_NUM_THREADS = 1
@@ -70,7 +73,7 @@ test-browser: $(TOOLS)
 vendor: $(READY)
 	$(BIN)/python -m substep_explorer.vendor
 
-verify: $(TOOLS) $(SITE) $(WHEELS)
+verify: lint $(SITE) $(WHEELS)
 	SUBSTEP_VERIFY=1 $(BIN)/pytest -n auto
 
 notebooks: $(TOOLS)

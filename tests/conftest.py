@@ -64,6 +64,7 @@ def pytest_configure() -> None:
     Modules are named by what they are printed from, so all workers, and the next run, share them. So they do bytecode,
     even where Python is told not to keep any: else each of some hundred processes would compile the same files again.
     """
+    gc.disable()  # nothing that is imported and collected is garbage: see `pytest_collection_finish`
     compile_apart()
     sys.dont_write_bytecode = False
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
@@ -100,11 +101,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     pytest-xdist gives each worker a piece of the list, and each piece begins with its share of the long tests: else one
     worker would run these, and another nearly all the others, with the memory that they take.
 
-    The gate runs a test over the catalogue's schemes for one scheme of every other kind, another test for others, so
-    that every scheme meets many tests; a test marked `every_scheme` it runs for all. A test marked `pairs` it runs for
-    every scheme, on one scene: see `plain_kernels.gate_pairs`. Of one marked `matrix`, whose many cases take long, it
-    runs every twelfth case; one marked `thorough` it leaves to `make verify`. Of any other test of schemes it runs at
-    least one case.
+    The gate runs a test over the catalogue's schemes for one scheme of every third kind, another test for others, so
+    that every scheme meets many tests; a test marked `every_scheme` it runs for all. Where such a test has other
+    parameters too, it runs each scheme with some of their values and all of these with some scheme, not each with
+    each. A test marked `pairs` it runs for every scheme, on one scene: see `plain_kernels.gate_pairs`. Of one marked
+    `matrix`, whose many cases take long, it runs every twelfth case, or as its argument says; one marked `thorough` it
+    leaves to `make verify`. Of any other test of schemes it runs at least one case.
 
     `make verify` draws up to `DRAWN` cases of each test, others every time; a file run alone runs them all.
     """
@@ -120,13 +122,14 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             if item.get_closest_marker("thorough"):
                 left.add(item.nodeid)
                 return False
-            if item.get_closest_marker("matrix"):
-                return case % 12 == 0
+            if matrix := item.get_closest_marker("matrix"):
+                return case % (matrix.args or (12,))[0] == 0
             if item.get_closest_marker("pairs") and isinstance(item, pytest.Function):
                 return (item.callspec.params["scheme"], item.callspec.params["scene"]) in gate_pairs()
             return bool(item.get_closest_marker("every_scheme")) or in_gate(function, _schemes(item), kinds())
 
         chosen = [runs(item) for item in items]
+        chosen = without_products([_scheme_and_others(item, kinds()) for item in items], chosen)
         _choose(config, items, with_one_of_each([item.nodeid for item in items], chosen, left))
     elif whole(config) and os.environ["SUBSTEP_DRAW"] != "all":
         drawn = draw([item.nodeid for item in items], os.environ["SUBSTEP_DRAW"])
@@ -146,6 +149,7 @@ def pytest_collection_finish() -> None:
     """
     gc.freeze()
     gc.set_threshold(50_000, 20, 100)
+    gc.enable()
 
 
 def _choose(config: pytest.Config, items: list[pytest.Item], chosen: Sequence[bool]) -> None:
@@ -162,6 +166,25 @@ def with_one_of_each(cases: Sequence[str], chosen: Sequence[bool], left: Set[str
             first.setdefault(test, case)
     more = set(first.values())
     return [run or case in more for case, run in zip(cases, chosen, strict=True)]
+
+
+def without_products(cases: Sequence[tuple[str, str, str] | None], chosen: Sequence[bool]) -> list[bool]:
+    """The choice, of which each test has each scheme, and all else that it is run for, but not each with each.
+
+    cases: test, scheme, and what else the case is of; None for those that are left as they are.
+    """
+    found, left = list(chosen), defaultdict[str, list[int]](list)
+    for k, (case, run) in enumerate(zip(cases, chosen, strict=True)):
+        if case and run:
+            left[case[0]].append(k)
+            found[k] = False
+    for of_test in left.values():
+        labels = {k: set(enumerate((cases[k] or ())[1:])) for k in of_test}
+        missing = set[tuple[int, str]]().union(*labels.values())
+        while missing:
+            best = max(of_test, key=lambda k: len(labels[k] & missing))
+            found[best], missing = True, missing - labels[best]
+    return found
 
 
 def draw(cases: Sequence[str], seed: str) -> set[str]:
@@ -182,8 +205,16 @@ def _schemes(item: pytest.Item) -> list[str]:
     return [name for name in (getattr(value, "name", value) for value in values) if isinstance(name, str)]
 
 
+def _scheme_and_others(item: pytest.Item, kinds: Mapping[str, object]) -> tuple[str, str, str] | None:
+    """Test, scheme and what else a case is of, by its name; None where no scheme is named, or the choice is marked."""
+    if any(map(item.get_closest_marker, ("matrix", "pairs"))) or not isinstance(item, pytest.Function):
+        return None
+    scheme = next((name for name in _schemes(item) if name in kinds), None)
+    return (item.nodeid.partition("[")[0], scheme, item.callspec.id.replace(scheme, "", 1)) if scheme else None
+
+
 def in_gate(function: str, named: Sequence[str], kinds: Mapping[str, object]) -> bool:
-    """Whether the gate runs the test for what its parameters name: one scheme of every other kind, or anything else.
+    """Whether the gate runs the test for what its parameters name: one scheme of every third kind, or anything else.
 
     kinds: of each scheme; which kinds, and which scheme stands for its kind, follow from the test's name. Those that
     are `DEAR` do so in few tests, besides those that run for every scheme.
@@ -193,7 +224,7 @@ def in_gate(function: str, named: Sequence[str], kinds: Mapping[str, object]) ->
         return True
     alike = [name for name in kinds if kinds[name] == kinds[schemes[0]]]
     number, every = zlib.crc32(function.encode()), list(dict.fromkeys(kinds.values()))
-    if (number // 2**16 + every.index(kinds[schemes[0]])) % 2:
+    if (number // 2**16 + every.index(kinds[schemes[0]])) % 3:
         return False
     chosen = alike[number % len(alike)]
     if chosen in DEAR and number // len(alike) % 8:
@@ -215,6 +246,18 @@ def uncompiled(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setattr(threads, "cores", lambda: 1)  # threads do not inherit np.errstate
     with np.errstate(all="ignore"):
         yield
+
+
+@pytest.fixture
+def few_members(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In the gate audits do not look for every other scheme that does the same, nine tenths of their time.
+
+    But in tests marked `members`, and in `make verify`.
+    """
+    from substep_audit import instrument
+
+    if not os.environ.get("SUBSTEP_VERIFY") and not request.node.get_closest_marker("members"):
+        monkeypatch.setattr(instrument, "with_all_members", lambda found, *_: found)
 
 
 @pytest.fixture

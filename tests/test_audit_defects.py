@@ -14,10 +14,13 @@ from substep_audit.identify import Match, agreement, differing
 from substep_audit.loads import LoadTaking, load_taking
 from substep_audit.noise import QUIET
 from substep_audit.orders import MOTIONS, observed_orders, written
+from substep_audit.outputs import elsewhere, output_instants
 from substep_audit.probes import driven_runs, given_runs, own_runs
 from substep_audit.programs.adapter import Integrator
 
 import substep as ss
+
+pytestmark = pytest.mark.usefixtures("few_members")
 
 CENTRAL = ss.Claims("newmark", order=2, parameters={"beta": 0.0, "gamma": 0.5})
 HILBER = ss.Claims("generalized_alpha", parameters={"alpha_m": 0.0, "alpha_f": 0.1, "beta": 0.3025, "gamma": 0.6})
@@ -254,10 +257,8 @@ def test_a_given_acceleration_that_is_a_guess_at_most_is_ignored(noise, guess):
     assert report.ignores_a0 and report.judgements[0].verdict == "true" and not report.deviations, report.text
 
 
-@pytest.mark.matrix
-@pytest.mark.parametrize(("kind", "instant"), [("v", -0.5), ("a", -1.0)])
-def test_outputs_that_stand_elsewhere_are_told_and_the_scheme_is_not_accused(kind, instant):
-    """Central differences with velocities at half steps, and with the acceleration of the step before."""
+def late_outputs(kind: str) -> ss.Stepper:
+    """Central differences with velocities at half steps, or with the acceleration of the step before."""
     steps = generalized_alpha(0, 0, 0.0, 0.5)
 
     def run(omega: float, xi: float, dt: float, n: int, u0: float, v0: float, load: Any) -> Any:
@@ -266,7 +267,24 @@ def test_outputs_that_stand_elsewhere_are_told_and_the_scheme_is_not_accused(kin
             return u, v, np.concatenate([a[:1], a[:-1]])
         return u, np.concatenate([v[:1], v[:-1] + dt / 2 * a[:-1]]), a
 
-    report = ss.audit(run, ss.Claims("newmark", parameters={"beta": 0.0, "gamma": 0.5}))
+    return ss.Stepper(run)
+
+
+LATE = [("v", -0.5), ("a", -1.0)]
+
+
+@pytest.mark.parametrize(("kind", "instant"), LATE)
+def test_outputs_that_stand_elsewhere_are_found(kind, instant):
+    own = own_runs(late_outputs(kind), omegas=(0.3, 1.0))
+    match = agreement(CENTRAL.claimed_scheme(), own, own)
+    assert match is not None and match.what == "displacements"
+    assert elsewhere(output_instants(match, own)) == {kind: instant}
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(("kind", "instant"), LATE)
+def test_outputs_that_stand_elsewhere_are_told_and_the_scheme_is_not_accused(kind, instant):
+    report = ss.audit(late_outputs(kind), ss.Claims("newmark", parameters={"beta": 0.0, "gamma": 0.5}))
     assert report.judgements[0].verdict == "true" and report.instants == {kind: instant}
     (cause,) = report.deviations
     part = "1/2 step" if kind == "v" else "1 step"

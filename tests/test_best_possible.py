@@ -54,6 +54,7 @@ def best_by_numbers(n: int, radius: float, criterion: str) -> float:
     return min(stable, key=lambda g: size(n, g, criterion))
 
 
+@pytest.mark.matrix(4)  # each number with another criterion
 @pytest.mark.parametrize("criterion", CRITERIA)
 @pytest.mark.parametrize("n", [2, 3, 4])
 def test_a_search_in_numbers_finds_the_same(n: int, criterion: str) -> None:

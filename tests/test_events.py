@@ -65,6 +65,7 @@ def by_events(stiffness: float, stop: float, share: float, t_end: float, load: A
     return hits, np.array(x)
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 @pytest.mark.parametrize("name", BOUNCING if VERIFY else BOUNCING[:1])
 def test_a_ball_bounces_when_it_should_and_comes_to_rest(name: str) -> None:
     """Impacts at 0.4515, 0.9030, 1.1288, ... s, of which there are more and more, until all is over at 1.3546 s."""
@@ -83,6 +84,7 @@ def test_a_ball_bounces_when_it_should_and_comes_to_rest(name: str) -> None:
         assert np.allclose(between, [G / 4, G / 16], rtol=10 * close)
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 @pytest.mark.parametrize(
     "name", ["average_acceleration", "generalized_alpha", "hht_alpha"] if VERIFY else ["hht_alpha"]
 )
@@ -100,6 +102,7 @@ def test_a_block_turns_and_stops_where_friction_has_it(name: str) -> None:
     assert errors[1] < 0.1 * errors[0]
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 def test_a_block_rides_on_a_belt_and_slides_when_the_spring_pulls_it_off() -> None:
     r = ss.march(ss.scene("friction_oscillator", belt=0.2, u0=0.0, v0=0.2), "average_acceleration", tol=1e-6, t_end=1.0)
     ((t, what),) = events(r)
@@ -109,6 +112,7 @@ def test_a_block_rides_on_a_belt_and_slides_when_the_spring_pulls_it_off() -> No
     assert r.u[-1, 0] == pytest.approx(0.1 + 0.2 * np.sin(at), abs=1e-5)
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 @pytest.mark.parametrize("name", BOUNCING if VERIFY else BOUNCING[:1])
 def test_a_pendulum_meets_a_wall_when_elliptic_integrals_say(name: str) -> None:
     """At the lowest point: each swing to it and back has sin(amplitude/2) = 1/2 of the one before."""
@@ -178,6 +182,7 @@ def test_steps_end_where_a_load_jumps_or_bends_as_well(load: Any) -> None:
         assert set(jumps) <= set(np.round(r.t, 12))
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 @pytest.mark.parametrize(
     "name",
     ["generalized_alpha", "bathe", "newmark_bdf2", "rho_inf_bathe", "average_acceleration"] if VERIFY else ["bathe"],
@@ -197,6 +202,7 @@ def test_a_rod_is_held_in_steps_of_any_length(name: str) -> None:
     assert errors[1] < 0.3 * errors[0]  # tol to the 2/3
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 def test_what_does_not_damp_errors_along_a_constraint_is_held_there() -> None:
     """The trapezoidal rule multiplies what a constraint's velocity has wrong by the number of steps."""
     r = ss.march(ss.scene("rod_pendulum", L=1.0, m=1.0, v0=0.0, g=G), "average_acceleration", tol=1e-6, t_end=2.0)
@@ -217,6 +223,7 @@ def test_what_does_not_damp_errors_along_a_constraint_is_held_there() -> None:
     assert np.allclose([*r.u[-1], *r.v[-1]], PENDULUM[2.0][:4], rtol=0.0, atol=1e-3)  # tol to the 2/3
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 def test_rows_where_they_are_wanted_and_runs_that_go_on() -> None:
     times = np.array([0.1, 0.5, 0.9, 1.2])
     whole = ss.march("bouncing_ball", "average_acceleration", tol=1e-7, t_end=1.2)
@@ -238,6 +245,7 @@ def test_rows_where_they_are_wanted_and_runs_that_go_on() -> None:
     assert (bounded.status, len(bounded.t)) == ("energy_bound", 1)
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 @pytest.mark.parametrize("keep", ["final", "peak", "history"])
 def test_sweeps_in_steps_that_end_at_events_are_the_runs_one_by_one(keep: Any) -> None:
     """Of balls that have bounced once or not at all, from several heights."""
@@ -272,6 +280,7 @@ def test_sweeps_in_steps_that_end_at_events_are_the_runs_one_by_one(keep: Any) -
             np.testing.assert_allclose(run["peak_energy"], G * h0, rtol=1e-6)
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 def test_sweeps_that_cannot_end_at_events_are_refused_before_any_run() -> None:
     with pytest.raises(ValueError, match="expected no rung on bouncing_ball"):
         ss.sweep("bouncing_ball", "average_acceleration", tol=1e-6, t_end=0.5, rung=1.5, restitution=[0.2, 0.4])
@@ -281,6 +290,7 @@ def test_sweeps_that_cannot_end_at_events_are_refused_before_any_run() -> None:
         ss.sweep("bouncing_ball", "average_acceleration", tol=1e-6, t_end=0.5, keep="history", restitution=[0.2, 0.4])
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 def test_what_cannot_be_taken_is_refused_with_the_reason() -> None:
     with pytest.raises(ValueError, match=r"expected a restitution of contact 'floor' of mass_on_floor"):
         ss.march("mass_on_floor", "average_acceleration", tol=1e-4, t_end=1.0)
@@ -294,6 +304,7 @@ def test_what_cannot_be_taken_is_refused_with_the_reason() -> None:
         ss.march("bouncing_ball", "average_acceleration", tol=1e-4, t_end=1.0, rung=2.0)
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 def test_a_sliding_block_with_a_restitution_of_0_stops_where_it_should() -> None:
     x, y = Symbol("x"), Symbol("y")
     block = Scene(
@@ -309,6 +320,7 @@ def test_a_sliding_block_with_a_restitution_of_0_stops_where_it_should() -> None
     assert r.happenings[-1].t == pytest.approx(0.1 + after / 3, abs=1e-5)
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 def test_what_lets_go_within_a_step_is_not_passed_over() -> None:
     """A mass on a stop under a load that lifts it for a part of each period, and on a floor that vibrates under it.
 
@@ -336,6 +348,7 @@ def test_what_lets_go_within_a_step_is_not_passed_over() -> None:
     assert np.allclose(opens, lifts, rtol=0.0, atol=1e-4)
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 def test_what_friction_holds_at_rest_is_marched() -> None:
     """A structure that nothing moves, whose velocities have no scale of their own; then one that a load drags along."""
     pad = {"pad": ({0: 1.0}, 8.0)}

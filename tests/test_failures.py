@@ -59,6 +59,7 @@ def test_duffing_blows_up_under_conditional_stability(name: str) -> None:
     assert t < 5 * period
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 def test_softening_gains_energy_under_unconditional_stability() -> None:
     period = exact_period(ss.scene("softening"))
     assert "average_acceleration" in linear.without_limit()

@@ -97,6 +97,7 @@ def test_friction_only_takes_energy_but_for_a_belt() -> None:
     assert said(belt, "average_acceleration", dt=0.01, t_end=3.0) == ""
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 def test_energy_that_a_prescribed_motion_brings_is_nothing_to_warn_of() -> None:
     """The spring of Bathe and Noh is at rest, and what it hangs from moves."""
     assert said("bathe_noh", "bathe", dt=0.1, t_end=10.0) == ""
@@ -109,6 +110,7 @@ def own(name: str, potential: Any, force: Any, x0: float) -> Scene:
     )  # fmt: skip
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 def test_an_energy_that_cancels_at_the_start_does_not_count() -> None:
     """From near the top between two wells, where it counts as 0: errors of 1e-3 of what is in play are far above it."""
     wells = own("wells", -50 * x**2 + x**4 / 4, S.Zero, 1e-4)
@@ -121,6 +123,7 @@ def test_an_energy_that_cancels_at_the_start_does_not_count() -> None:
     assert [said(wells, "central_difference", dt=0.005, t_end=t) for t in ends] == [""] * len(ends)
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 def test_damping_that_is_negative_is_the_motion_s_own() -> None:
     """u'' - u' + u = 0 swells by e^t in energy."""
     swelling = own("swelling", x**2 / 2, rate(x), 1.0)
@@ -144,6 +147,7 @@ def test_studies_march_without_a_word() -> None:
     assert r.energy[-1] > 1e80
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 @pytest.mark.parametrize("scheme", ["central_difference", "bathe", "houbolt"])  # the last starts by another one
 @pytest.mark.parametrize("name", ["penalty_bounce", "duffing"])
 def test_the_growth_by_which_most_runs_are_passed_over_bounds_every_row(name: str, scheme: str) -> None:

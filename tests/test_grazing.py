@@ -53,7 +53,7 @@ def test_chosen_steps_find_how_softly_it_is_met(depth: float) -> None:
 
 
 @pytest.mark.usefixtures("uncompiled")
-@pytest.mark.parametrize("b", [0.3, 0.35])
+@pytest.mark.parametrize("b", [pytest.param(0.3, marks=pytest.mark.thorough), 0.35])
 def test_a_driven_oscillator_that_grazes_is_that_of_event_driven_integration(b: float) -> None:
     """Its impacts and its end after eight periods of the load, against SciPy's DOP853 from impact to impact."""
     c, e, t_end = 0.2, 0.8, 8 * np.pi

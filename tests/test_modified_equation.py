@@ -147,7 +147,7 @@ def flowed(field: Any, start: Any, h: Any) -> Any:
     return (16 * ends[1] - ends[0]) / 15
 
 
-@pytest.mark.matrix
+@pytest.mark.matrix(30)
 @pytest.mark.parametrize("name", NAMES)
 def test_a_step_far_from_the_start_is_its_flow(name: str) -> None:
     scheme = BY_NAME[name]

@@ -60,9 +60,7 @@ def test_mixed_forces_of_inertia_lose_an_order_if_they_stand_at_another_instant(
 @pytest.mark.parametrize(
     "name",
     [
-        name
-        if name in ("average_acceleration", "hht_alpha", "bathe", "rk4")
-        else pytest.param(name, marks=pytest.mark.thorough)
+        name if name in ("average_acceleration", "bathe") else pytest.param(name, marks=pytest.mark.thorough)
         for name in READ
     ],
 )

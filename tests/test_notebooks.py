@@ -9,7 +9,7 @@ from matplotlib import pyplot, rc_context
 NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.py"))
 LONG = (
     "where_methods_fail", "where_contact_fails", "proofs", "inelastic", "constraints", "double_pendulum",
-    "chosen_steps", "speed_against_accuracy",
+    "chosen_steps", "speed_against_accuracy", "structures",
 )  # fmt: skip
 
 
