@@ -43,6 +43,13 @@ def test_rayleigh_damping_and_chosen_steps_take_the_tangent_as_it_is(call: dict[
     assert np.array_equal(again.u, fresh.u)
 
 
+def test_modes_are_those_of_the_tangent_as_it_is() -> None:
+    stiffness = [100.0]
+    s = soft(stiffness)
+    stiffness[0] = 200.0
+    assert np.allclose(s.modes(2).omega, np.sqrt([350.0, 800.0]), rtol=1e-12)
+
+
 def test_a_sweep_asks_anew() -> None:
     stiffness = [100.0]
     before = soft(stiffness)

@@ -57,8 +57,9 @@ class Structure(Model):
         """
         if isinstance(self.contacts, Held):
             require_no_contacts(self, "modes", "hold degrees of freedom by fixed= or constraints=T")
-        omega, shapes, statics = eigenmodes(self, n)
-        return Modes(self, omega, shapes, modal_damping_matrix(self, omega, shapes), statics)
+        here = self.asked_anew()
+        omega, shapes, statics = eigenmodes(here, n)
+        return Modes(here, omega, shapes, modal_damping_matrix(here, omega, shapes), statics)
 
     def support_motion(
         self,
