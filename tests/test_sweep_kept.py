@@ -225,7 +225,9 @@ def test_a_load_of_ones_own_whose_code_changed_is_another(tmp_path: Path) -> Non
     from dataclasses import make_dataclass
 
     def ramp(sign: float, rate: float = 2.0) -> Any:
-        made = make_dataclass("Ramp", [("rate", float)], namespace={"__call__": lambda self, t: sign * self.rate * t})
+        made = make_dataclass(
+            "Ramp", [("rate", float)], namespace={"__call__": lambda self, t: 0.0 + sign * self.rate * t}
+        )
         return made(rate)
 
     call: dict[str, Any] = {"dt": 0.1, "t_end": 1.0, "omega": 2.0, "save": tmp_path / "s.zarr"}
