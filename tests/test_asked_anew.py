@@ -43,6 +43,26 @@ def test_rayleigh_damping_and_chosen_steps_take_the_tangent_as_it_is(call: dict[
     assert np.array_equal(again.u, fresh.u)
 
 
+def test_modes_are_those_of_the_tangent_as_it_is() -> None:
+    stiffness = [100.0]
+    s = soft(stiffness)
+    stiffness[0] = 200.0
+    assert np.allclose(s.modes(2).omega, np.sqrt([350.0, 800.0]), rtol=1e-12)
+
+
+def test_an_equilibrium_with_another_force_is_refused() -> None:
+    stiffness = [100.0]
+    s = ss.structure(
+        np.eye(1), internal_force=lambda u: stiffness[0] * u, tangent=lambda _: np.array([[stiffness[0]]]),
+        load=([1.0], ss.Step(1.0)), u0="static",
+    )  # fmt: skip
+    assert np.allclose(ss.march(s, "newmark", dt=0.01, t_end=0.1).u, 0.01, rtol=1e-12)
+    stiffness[0] = 200.0
+    assert ss.march(s, "newmark", dt=0.01, t_end=0.1, start={"u": 0.01, "v": 0.0}).a[0, 0] == pytest.approx(-1.0)
+    with pytest.raises(ValueError, match="u0='static' in equilibrium with internal_force as it is"):
+        ss.march(s, "newmark", dt=0.01, t_end=0.1)
+
+
 def test_a_sweep_asks_anew() -> None:
     stiffness = [100.0]
     before = soft(stiffness)

@@ -289,6 +289,15 @@ def test_refusals_come_before_anything_runs(name: str, monkeypatch: pytest.Monke
         sweep(**{"samples": 64, "xi": 0.0, **change})
 
 
+@pytest.mark.parametrize("wide", [st.cauchy(1.0, 0.1), st.t(1.5), st.pareto(1.5)])
+def test_a_distribution_without_a_variance_is_warned_of(wide: Any) -> None:
+    """The standard error of a mean that does not exist was given as of any other."""
+    with pytest.warns(UserWarning, match="u0 is from .*, of no finite variance: means, standard errors"):
+        sweep(u0=wide, omega=2.0, samples=16)
+    with pytest.warns(UserWarning, match="of no finite variance"):
+        ss.sobol_indices("linear_oscillator", "newmark", "u", **RUN, omega=2.0, u0=wide, v0=V0, samples=16)
+
+
 def test_refusals_of_structures_statistics_and_indices() -> None:
     several = [ss.structure(np.eye(2), k * np.eye(2), u0=[1.0, 0.0]) for k in (1.0, 2.0, 4.0)]
     ds = ss.sweep(several, "newmark", dt=0.1, t_end=2.0)

@@ -171,3 +171,13 @@ def test_gssss_v0_weighs_the_load_by_its_weighted_time_field(rho: tuple[float, .
     (balance,) = BY_NAME["gssss_v0"].balances
     values = dict(zip(BY_NAME["gssss_v0"].values, rho, strict=True))
     assert float(balance.load.coeff(f(1)).subs(values)) == pytest.approx(W1, rel=1e-12)
+
+
+def test_an_argument_of_which_nothing_is_left_is_refused() -> None:
+    """Ansys takes GAMMA, or ALPHA and DELTA: with all three, GAMMA was read by nothing."""
+    with pytest.raises(ValueError, match=r"GAMMA, or all that Ansys's NMK takes from it, got both.*GAMMA = 0.1"):
+        ss.scheme_of("Ansys", "NMK", GAMMA=0.1, ALPHA=0.3, DELTA=0.7)
+    both = ss.scheme_of("Ansys", "NMK", ALPHA=0.3, DELTA=0.7)
+    assert (float(both.parameters["beta"]), float(both.parameters["gamma"])) == (0.3, 0.7)
+    one = ss.scheme_of("Ansys", "NMK", GAMMA=0.1)
+    assert float(one.parameters["beta"]) == pytest.approx(1.1**2 / 4.0, rel=1e-15)

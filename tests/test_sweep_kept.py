@@ -224,9 +224,11 @@ def test_a_killed_sweep_is_resumed_and_another_refused(tmp_path: Path, monkeypat
 def test_a_load_of_ones_own_whose_code_changed_is_another(tmp_path: Path) -> None:
     from dataclasses import make_dataclass
 
-    def ramp(sign: float) -> Any:
-        made = make_dataclass("Ramp", [("rate", float)], namespace={"__call__": lambda self, t: sign * self.rate * t})
-        return made(2.0)
+    def ramp(sign: float, rate: float = 2.0) -> Any:
+        made = make_dataclass(
+            "Ramp", [("rate", float)], namespace={"__call__": lambda self, t: 0.0 + sign * self.rate * t}
+        )
+        return made(rate)
 
     call: dict[str, Any] = {"dt": 0.1, "t_end": 1.0, "omega": 2.0, "save": tmp_path / "s.zarr"}
     first = ss.sweep("linear_oscillator", "newmark", load=ramp(1.0), **call)
@@ -234,6 +236,10 @@ def test_a_load_of_ones_own_whose_code_changed_is_another(tmp_path: Path) -> Non
     xr.testing.assert_identical(first, ss.sweep("linear_oscillator", "newmark", load=ramp(1.0), **call))
     with pytest.raises(ValueError, match="whose load_samples_sha256 is"):
         ss.sweep("linear_oscillator", "newmark", load=ramp(-1.0), **call)
+    call |= {"save": tmp_path / "swept.zarr", "rate": [0.0, 1.0]}  # in place of 0, at which all of them are alike
+    ss.sweep("linear_oscillator", "newmark", load=ramp(1.0, 0.0), **call)
+    with pytest.raises(ValueError, match="whose load_samples_sha256 is"):
+        ss.sweep("linear_oscillator", "newmark", load=ramp(-1.0, 0.0), **call)
 
 
 def test_rows_along_another_dimension_are_another_sweep(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import ast
 import operator
 import tomllib
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cache
@@ -69,6 +69,11 @@ class NamedIntegrator:
         for name in given:
             if name not in self.arguments:
                 raise unknown_name(f"an argument of {self.program}'s {self.name}", name, self.arguments)
+        for name in sorted(given.keys() & self._read(()) - self._read(given)):
+            raise ValueError(
+                f"expected {name}, or all that {self.program}'s {self.name} takes from it, got both, so that nothing "
+                f"is left of {name} = {given[name]}; leave one out"
+            )
         for name, default in self.arguments.items():
             if name in given:
                 values[name] = as_written(real_number(name, given[name]))
@@ -80,6 +85,15 @@ class NamedIntegrator:
         found = make_scheme(self.scheme, **parameters)
         if self.when:
             warnings.warn(f"{self.program}'s {self.name} is {found.name} {self.when} only", stacklevel=4)
+        return found
+
+    def _read(self, given: Iterable[str]) -> set[str]:
+        """The arguments from which parameters follow, where defaults stand for those that are not given."""
+        texts, found = [*self.parameters.values()], set[str]()
+        for text in texts:
+            new = {node.id for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Name)} - found
+            texts += [self.arguments[name] for name in new if name in self.arguments and name not in given]
+            found |= new
         return found
 
 

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from ..core.errors import called_as
 from ..core.laws import Law
 from ..core.loads import Load, Record
+from .march.asked_again import asked_anew
 from .march.critical import CriticalStep, critical_step
 from .march.march_structure import march_structure
 from .march.refusals import require_no_contacts
@@ -57,8 +58,9 @@ class Structure(Model):
         """
         if isinstance(self.contacts, Held):
             require_no_contacts(self, "modes", "hold degrees of freedom by fixed= or constraints=T")
-        omega, shapes, statics = eigenmodes(self, n)
-        return Modes(self, omega, shapes, modal_damping_matrix(self, omega, shapes), statics)
+        here = asked_anew(self)
+        omega, shapes, statics = eigenmodes(here, n)
+        return Modes(here, omega, shapes, modal_damping_matrix(here, omega, shapes), statics)
 
     def support_motion(
         self,

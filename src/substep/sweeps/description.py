@@ -1,7 +1,7 @@
 """What the attributes of a sweep of a scene say: everything that is the same in all points, or a digest of it."""
 
 import re
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -33,7 +33,7 @@ def description(
         found["scene_a0"] = a0 if isinstance(a0, str) else np.atleast_1d(a0).astype(float).tolist()
     if load is not None:
         found |= {"load": name_of(load)} | {
-            f"load_{k}": x for k, x in _description_of(load, plan.t_end).items() if ("load", k) not in swept
+            f"load_{k}": x for k, x in _description_of(load, plan).items() if ("load", k) not in swept
         }
     found |= dict(plan.given["step"]) | {"t_end": plan.t_end, "keep": plan.keep}
     found |= {name: np.atleast_1d(x).astype(float).tolist() for name, x in plan.chosen.items()}
@@ -54,16 +54,23 @@ def name_of(load: Load | None) -> str:
     return getattr(load, "__qualname__", type(load).__qualname__)
 
 
-def _description_of(load: Load, t_end: float) -> dict[str, Any]:
-    """What distinguishes a load: its fields, and a digest of its values where the fields do not determine it."""
+def _description_of(load: Load, plan: SweepPlan) -> dict[str, Any]:
+    """What distinguishes a load: its fields, and a digest of its values where the fields do not determine it.
+
+    Those are taken at both ends of what is swept too: it may be 0 with the parameters that it was given.
+    """
     if isinstance(load, Record):
         return {"dt": float(load.dt), "samples_sha256": _digest(load.samples.tobytes())}
     values = {f.name: getattr(load, f.name) for f in fields(load) if f.init} if is_dataclass(load) else {}
     values = values if all(isinstance(x, int | float | str) for x in values.values()) else {}
     if values and type(load).__module__ == Record.__module__:
         return values
-    at = values_at(load, np.linspace(0.0, t_end, INSTANTS), finite=False)  # a run that meets another value says so
-    return values | {"samples_sha256": _digest(at.tobytes())}
+    swept = [axis for axis in plan.axes if axis.owner == "load" and len(axis.values)]
+    ends = ({axis.key: float(axis.values[end]) for axis in swept} for end in ((0, -1) if swept else ()))
+    loads = [load, *(replace(load, **own) for own in ends)]  # type: ignore[type-var]
+    t = np.linspace(0.0, plan.t_end, INSTANTS)
+    at = [values_at(one, t, finite=False) for one in loads]  # a run that meets a value that is not finite says so
+    return values | {"samples_sha256": _digest(np.array(at).tobytes())}
 
 
 @cache

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.arrays import Array, named
-from ..core.errors import whole
+from ..core.errors import warn, whole
 from ..run.axes import Axis
 
 if TYPE_CHECKING:
@@ -97,7 +97,20 @@ def quantiles(name: str, distribution: Any, u: Array) -> Array:
         raise ValueError(
             f"expected finite draws of {name}, got {bad} of {len(u)} from {about(distribution)} that are not; {CURE}"
         )
+    if not np.isfinite(_variance(distribution)):
+        warn(
+            f"{name} is from {about(distribution)}, of no finite variance: means, standard errors, standard deviations "
+            "and Sobol' indices of what grows with it do not settle, however many draws; take percentiles, or a "
+            "distribution that ends, such as scipy.stats.truncnorm"
+        )
     return values
+
+
+def _variance(distribution: Any) -> float:
+    """That of a distribution as SciPy has them, 0 of one that does not say."""
+    found = getattr(distribution, "var", None) or getattr(distribution, "variance", None)
+    with np.errstate(all="ignore"):
+        return float(found()) if callable(found) else 0.0
 
 
 def along_draw(values: Array, distribution: Any) -> "Variable":

@@ -26,10 +26,11 @@ SAME = 1e-9  # of the largest force so far
 M = TypeVar("M", bound=Model)
 
 
-def asked_anew(structure: M) -> M:
+def asked_anew(structure: M, *, at_start: bool = True) -> M:
     """The structure without what functions of the user's answered at the start: what they read may have changed since.
 
-    Another one, with the tangent at the start as K, where that has.
+    Another one, with the tangent at the start as K, where that has. at_start: whether a run begins there; raises
+    ValueError where that was an equilibrium with another tangent.
     """
     force = structure.internal
     own = force is not None and (not isinstance(force, RememberingForce) or force.material is not None)
@@ -44,7 +45,12 @@ def asked_anew(structure: M) -> M:
         return structure
     tangent = force.at_start(structure.u0, structure.v0)[0]
     pairs = zip(arrays_of(tangent), arrays_of(structure.K), strict=False)
-    same = is_operator(tangent) or all(np.array_equal(x, y) for x, y in pairs)
+    same = is_operator(tangent) or all(x.shape == y.shape and np.allclose(x, y, 1e-9, 0.0) for x, y in pairs)
+    if structure.static and at_start and not same:
+        raise ValueError(
+            "expected u0='static' in equilibrium with internal_force as it is, got a tangent there that is another than "
+            "when the structure was made; make it anew, or give u0 as numbers"
+        )
     return structure if same else replace(structure, K=tangent)
 
 

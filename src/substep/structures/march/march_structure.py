@@ -100,7 +100,7 @@ def march_structure(
         raise ValueError("expected stride and save with dt only, got them with tol; keep some dofs, or give dt")
     state = None if start is None else State.given(start, scheme)
     steps = steps_of(dt, tol, t_end, stride=stride, start=state, chosen=chosen)
-    structure = asked_anew(structure)
+    structure = asked_anew(structure, at_start=state is None)
     require_definite_mass(structure)
     if account and (name := unsymmetric(structure)):
         warn(
