@@ -7,7 +7,7 @@ import mpmath
 import numpy as np
 import pytest
 from declared_steps import amplification, exact, oscillator
-from substep_derive import Balance, DeclarationError, Family, Parameter, Scheme, certify, derive
+from substep_derive import Balance, DeclarationError, Family, Parameter, Scheme, certify, derive, prescribed
 from substep_derive.declare.symbols import K0, C, M, N, Omega, f, h, knot, xi
 from sympy import Expr, Interval, Rational, Symbol
 
@@ -95,6 +95,15 @@ def test_a_division_by_what_vanishes_at_given_parameters() -> None:
         two.fix({"gamma": 1, "beta": 1})
     with pytest.raises(DeclarationError, match=r"divides by 1 - beta: .* got beta = 1"):
         two.fix({"gamma": 1}).fix({"beta": 1})
+
+
+@pytest.mark.parametrize("ask", [certify, prescribed])
+def test_parameters_at_which_relations_do_not_determine_a_step(ask: Any) -> None:
+    """At gamma = 0 the relation of u_1 holds no u_1."""
+    relations = {u1: u0 + h * v0 + h**2 * a1 * gamma + (1 - gamma) * (u1 - u0), v1: v0 + h * a1}
+    singular = scheme(relations, parameters=(Parameter(gamma, RANGE, 1),))
+    with pytest.raises(DeclarationError, match="dependent for every Omega|expected parameters at which .* gamma = 0"):
+        ask(singular, gamma=0)
 
 
 def test_a_copy_of_a_balance_is_not_proved_to_be_stable() -> None:

@@ -12,7 +12,7 @@ from functools import cached_property
 from math import factorial
 from typing import Any
 
-from sympy import QQ, Dummy, Expr, Integer, Poly, Rational, Symbol, factor, radsimp, sympify
+from sympy import QQ, Dummy, Expr, Integer, Poly, Symbol, factor, radsimp, sympify
 
 from ..algebra.algebraic import Field, closed_form, generator
 from ..algebra.field_matrices import FieldMatrix, field_matrix, identity
@@ -23,12 +23,11 @@ from ..declare.parameter_set import ParameterSet
 from ..declare.scheme import Scheme
 from ..declare.symbols import K0, C, M, N, N_discrete, Omega, h, kind_of, lam, steps_back, successor
 from ..oscillator.evaluation import Evaluation
-from ..oscillator.spectrum import moduli
+from ..oscillator.spectrum import CLOSE, moduli
 from ..step.step import Step
 from ..step.times import passed
 
 HIGHEST = 6  # powers of h that are looked at for an error
-CLOSE = Rational(1, 10**25)  # how near to 1 the modulus of a root is, with 40 digits, where it is 1
 PLAIN = {h: Integer(1), C: Integer(0), M: Integer(1)}
 
 Row = list[Any]  # numbers of a field, one for each symbol of a basis

@@ -5,7 +5,8 @@ Z_(n+1)(z) = S(Z_n)(E^-1 z), with S a step and E the exact motion over h. Whatev
 series plus, in the level of the first weight at which a step is wrong, terms that grow with n or n^2 (v errs alike in
 every step, u twice as often). The rest dies out with powers of the parasitic eigenvalues of a step as h -> 0, and is
 filtered out exactly by a polynomial in the shift from n to n + 1 that vanishes at these. What is left, h^w n^j times a
-tree with n = t/h, is an error of order w - j in u, w - 1 - j in v, w - 2 - j in a.
+tree with n = t/h, is an error of order w - j in u, w - 1 - j in v, w - 2 - j in a. Parasitic parts whose eigenvalues
+tend to the unit circle are filtered out as well, but do not die out, and are errors of their own.
 """
 
 from collections.abc import Iterator, Sequence
@@ -110,7 +111,7 @@ def _order(
 def _errors(step: StepSeries, of: Trees, weight: int) -> Errors:
     """For u, v, a: (order, error) of each tree up to this weight that is wrong."""
     of.grow(weight)
-    filtered = _filtered(step, of, weight)
+    filtered, lasting = _filtered(step, of, weight)
     truth = exact(of, step.one, weight)
     found: Errors = [[], [], []]
     for k, quantity in enumerate("uva"):
@@ -126,11 +127,16 @@ def _errors(step: StepSeries, of: Trees, weight: int) -> Errors:
                 if coefficient:
                     what = Error(quantity, of.text(tree), growth, coefficient)
                     found[k].append((w - k - growth, what))
+            for tree, coefficient in sorted(lasting[k][w].items()):
+                found[k].append((w - k, Error(quantity, of.text(tree), 0, coefficient)))
     return found
 
 
-def _filtered(step: StepSeries, of: Trees, weight: int) -> list[list[Series]]:
-    """Three successive values of the reported u, h v, h^2 a, without what dies out."""
+def _filtered(step: StepSeries, of: Trees, weight: int) -> tuple[list[list[Series]], list[Series]]:
+    """Three successive values of the reported u, h v, h^2 a without parasitic parts; and of these what does not die.
+
+    That is what those parasitic eigenvalues give that tend to the unit circle, each part times a number.
+    """
     march = _march(step, of, weight)
     first, states = [], []
     for _ in range(2):
@@ -139,10 +145,16 @@ def _filtered(step: StepSeries, of: Trees, weight: int) -> list[list[Series]]:
         first.append(report)
     active = first_parasitic(step, *states)
     polynomial = annihilator(step, active, weight) if active is not None else [step.one]
+    dying = annihilator(step, active, weight, lasting=True) if active is not None else polynomial
+    lasts = len(dying) < len(polynomial)
+    for _ in range(3 if lasts else 0):  # what grows with n^0, n^1 and n^2 is no parasitic part
+        dying = [a - b for a, b in zip([step.one * 0, *dying], [*dying, step.one * 0], strict=True)]
     reports = first[1:]  # the report of the start is not the step's
-    while len(reports) < len(polynomial) + 2:
+    while len(reports) < max(len(polynomial) + 2, len(dying)):
         reports.append(next(march)[1])
-    return [[_mixed(polynomial, [r[k] for r in reports[i:]]) for k in range(3)] for i in range(3)]
+    filtered = [[_mixed(polynomial, [r[k] for r in reports[i:]]) for k in range(3)] for i in range(3)]
+    nothing: Series = [{} for _ in range(weight + 1)]
+    return filtered, [_mixed(dying, [r[k] for r in reports]) if lasts else nothing for k in range(3)]
 
 
 def _mixed(polynomial: Sequence[Any], samples: Sequence[Series]) -> Series:

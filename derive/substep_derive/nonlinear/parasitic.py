@@ -3,9 +3,11 @@
 from collections.abc import Sequence
 from typing import Any
 
-from sympy import QQ
+from sympy import QQ, Poly
 
 from ..declare.errors import InconsistentScheme
+from ..declare.symbols import lam
+from ..oscillator.spectrum import on_circle
 from .step import StepSeries
 from .trees import Series
 
@@ -57,8 +59,10 @@ def characteristic(matrix: Sequence[Sequence[Any]], one: Any) -> list[Any]:
     return coefficients[::-1]
 
 
-def annihilator(step: StepSeries, active: int, weight: int) -> list[Any]:
-    """A polynomial in the shift, 1 at 1, that vanishes at all that dies out up to this weight, constant term first.
+def annihilator(step: StepSeries, active: int, weight: int, *, lasting: bool = False) -> list[Any]:
+    """A polynomial in the shift, 1 at 1, that vanishes at all parasitic parts up to this weight, constant term first.
+
+    lasting: it does not at those that do not die out, whose eigenvalues tend to the unit circle.
 
     Parasitic parts that begin with the weight `active` enter a level linearly, m at a time from weight m*active + 2 on
     through derivatives of N; each weight more raises the power of n that stands beside a product of their eigenvalues.
@@ -79,6 +83,9 @@ def annihilator(step: StepSeries, active: int, weight: int) -> list[Any]:
         rest: list[Any] | None = products
         while rest is not None and not sum(rest, one - one):
             rest = _without_root_1(rest)
+        if lasting and rest:
+            whole = Poly.from_list(rest[::-1], lam, domain=step.evaluation.field.domain)
+            rest = whole.quo(on_circle(whole)).rep.to_list()[::-1]
         size = sum(rest or [], one - one)
         for _ in range(weight - m * active - (2 if m > 1 else 0) + 1):
             found = _product(found, [c / size for c in rest or [one]])

@@ -9,11 +9,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from sympy import Expr, Symbol, sympify
+from sympy import Expr, Symbol, nan, sympify, zoo
 
 from ..algebra.algebraic import Field
 from ..algebra.expanded import terms
 from ..algebra.rational import RationalFunctions
+from ..declare.errors import DeclarationError
 from ..declare.parameter_set import ParameterSet
 from ..declare.scheme import Scheme
 from ..declare.symbols import Omega, xi
@@ -58,9 +59,18 @@ class Evaluation:
         return Amplification.of(self.scheme)
 
     def number(self, value: Expr) -> Any:
-        """A rational function of the parameters as a number of the field."""
+        """A rational function of the parameters as a number of the field.
+
+        Raises DeclarationError where it divides by 0, as where relations do not determine what they define.
+        """
         if value not in self._found:
-            self._found[value] = self.field.number(sympify(value).xreplace(self.values))
+            found = sympify(value).xreplace(self.values)
+            if found.has(zoo, nan):
+                given = ", ".join(f"{s} = {number}" for s, number in self.values.items())
+                raise DeclarationError(
+                    f"{self.scheme.name}: expected parameters at which {value} is finite, got {given}; choose others"
+                )
+            self._found[value] = self.field.number(found)
         return self._found[value]
 
     @cached_property

@@ -1,11 +1,11 @@
 """Scheme -> order of accuracy of u, v and a on the linear oscillator, with leading error constants.
 
-Free vibration: from the exact state of the mode e^(s t/h), s^2 + 2*xi*Omega*s + Omega^2 = 0, started
-as the scheme says, the numerical solution is a sum of modes. Two of them last: the mode next to the
-exact one and its conjugate. The error of u, v or a consists of the drift of that mode's eigenvalue, the
-deviation of its amplitude, and the amplitude of its conjugate. Forced vibration: the response to the load
-e^(kappa omega t) minus the exact one. Each error is a power series in Omega; the power of its first term
-that is not zero is the order.
+Free vibration: from the exact state of the mode e^(s t/h), s^2 + 2*xi*Omega*s + Omega^2 = 0, started as the scheme
+says, the numerical solution is a sum of modes. Those last whose eigenvalues do not tend into the unit circle: the mode
+next to the exact one, its conjugate, and perhaps others. The error of u, v or a consists of the drift of the mode's
+eigenvalue, the deviation of its amplitude, and the amplitudes of the others. Forced vibration: the response to the load
+e^(kappa omega t) minus the exact one, and the amplitudes of the modes that a start from the exact one excites. Each
+error is a power series in Omega; the power of its first term that is not zero is the order.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -18,13 +18,16 @@ from sympy import QQ, Expr, Matrix, Mul, Poly, Rational, Set, Symbol, factor, fa
 
 from ..algebra.power_series import Modal, PowerSeries, total
 from ..declare.scheme import Scheme
+from ..declare.symbols import lam
 from .amplification import Affine, in_lambda
 from .evaluation import Evaluation
 from .mode import exponential, logarithm
+from .spectrum import on_circle
 from .start_up import start_up
 
-FEWEST_TERMS, MOST_TERMS = 9, 65  # of the series: tried first, and at most
-LOST = 4  # terms by which the series of an error of a is shorter
+FEWEST_TERMS, MOST_TERMS = 10, 66  # of the series: tried first, and at most
+LOST = 5  # terms by which the series of a forced error of a is shorter, one more than that of a free one
+KEPT = 3  # terms of a series of which the lowest powers are left out
 KAPPA = QQ(1, 3)  # any rate of the load that is in no special relation to the oscillator
 Triple = tuple[int, int, int]
 
@@ -98,9 +101,19 @@ class _Expansion:
     def over(self, left: PowerSeries, right: PowerSeries) -> PowerSeries:
         return left.over(right, right.c[right.valuation].inverse(self.one))
 
-    def apply(self, affine: Affine, x: Sequence[PowerSeries]) -> list[PowerSeries]:
+    def apply(self, affine: Affine, x: Sequence[PowerSeries], _: object = None) -> list[PowerSeries]:
         """The series of N x/den, which leaves the loads of the affine map out."""
         return self.product(self.rows(affine.N, affine.den), x)
+
+    def driven(self, affine: Affine, x: Sequence[PowerSeries], instants: Sequence[Expr]) -> list[PowerSeries]:
+        """The same with the load e^(kappa omega t) at these instants."""
+        own, load = self.apply(affine, x), self.load(instants)
+        more = self.product(self.rows(affine.load_N, affine.den), load) if load else []
+        return [a + b for a, b in zip(own, more, strict=True)] if more else own
+
+    def load(self, instants: Sequence[Expr]) -> list[PowerSeries]:
+        """h^2 e^(kappa omega t) at instants in steps after t = 0."""
+        return [self.exponential(self.modal(KAPPA * self.evaluation.number(tau), 0)).shifted(2) for tau in instants]
 
     def rows(self, numerators: Matrix, den: Expr) -> list[list[PowerSeries]]:
         below = self.polynomial(den)
@@ -154,41 +167,82 @@ class _Modes:
             x = self.e.product(self.A, x)
         return [total(entries) for entries in zip(*terms, strict=True)]
 
+    @cached_property
+    def drift(self) -> PowerSeries:
+        """L of the mode next to the exact one."""
+        return _drift(self.e, self.p)
+
+    @cached_property
+    def principal(self) -> list[tuple[Modal, PowerSeries, PowerSeries]]:
+        """Exponent of the exact mode, lambda and p'(lambda) of the mode next to it; and of the conjugate one."""
+        e, own, zeta = self.e, self.drift, self.e.modal(0, 1)
+        conjugate, found = PowerSeries(c.conjugate for c in own.c), []
+        for shift, exponent in ((own, zeta), (conjugate, zeta.conjugate)):
+            growth = power = e.power(e.modal(1, 0), 0)
+            for k in range(1, len(shift)):
+                power = (power * shift).scaled(QQ(1, k))
+                growth = growth + power
+            at = e.exponential(exponent) * growth
+            found.append((exponent, at, self.polynomial(at, derivative=True)))
+        return found
+
+    @cached_property
+    def fading(self) -> Poly | None:
+        """The polynomial of parasitic eigenvalues that tend into the unit circle; None where none tends to it."""
+        domain = self.e.evaluation.field.domain
+        parasitic = Poly.from_list([c.c[0].alpha for c in reversed(self.p)], lam, domain=domain)
+        parasitic = parasitic.quo(Poly((lam - 1) ** 2, lam, domain=domain))
+        lasting = on_circle(parasitic)
+        return parasitic.quo(lasting) if lasting.degree() else None
+
+    def combined(self, polynomial: Poly, x: list[PowerSeries]) -> list[PowerSeries]:
+        """A polynomial in A times a state, by Horner's rule."""
+        found = [entry.scaled(self.e.zero) for entry in x]
+        for c in polynomial.rep.to_list():
+            found = [a + entry.scaled(c) for a, entry in zip(self.e.product(self.A, found), x, strict=True)]
+        return found
+
     def reported(
         self, before: list[PowerSeries], after: list[PowerSeries], load: list[PowerSeries] | None = None
     ) -> list[PowerSeries]:
         """The u, h*v, h^2*a that the step from the state `before` to the state `after` reports."""
         rows = self.e.product(self.O, before)
-        if load is not None:
+        if load:
             rows = [row + more for row, more in zip(rows, self.e.product(self.P, load), strict=True)]
         others = iter(rows)
         return [after[place] if place >= 0 else next(others) for place in self.in_state]
 
 
-def _free(e: _Expansion) -> list[list[PowerSeries]]:
-    """Free vibration's errors of u, v, a: drift per unit of omega*t, amplitude's deviation, conjugate's amplitude."""
-    modes, zeta = e.modes, e.modal(0, 1)
-    amplification = e.evaluation.amplification
-    x, steps = start_up(amplification, [e.s(k) for k in range(3)], e.apply)
-    own = _drift(e, modes.p)
-    conjugate = PowerSeries(c.conjugate for c in own.c)
-    parts = []
-    for shift, exponent in ((own, zeta), (conjugate, zeta.conjugate)):
-        growth = power = e.power(e.modal(1, 0), 0)
-        for k in range(1, len(shift)):
-            power = (power * shift).scaled(QQ(1, k))
-            growth = growth + power
-        at = e.exponential(exponent) * growth
-        slope = modes.polynomial(at, derivative=True)
+def _excited(e: _Expansion, x: Sequence[PowerSeries], steps: int) -> list[list[PowerSeries]]:
+    """u, h*v, h^2*a at t = 0 of each mode that a state excites after some steps, the principal one's first.
+
+    Last, where there is one, is the sum of all others that do not die out, each times a number.
+    """
+    modes, parts = e.modes, list[list[PowerSeries]]()
+    # a power of Omega that is left out to keep series short; one more is lost where principal eigenvalues part from 1
+    power = max(0, min(len(x[0]) - KEPT, *(entry.valuation - 1 for entry in x)))
+    x = rest = [PowerSeries(entry.c[power:]) for entry in x]
+    for exponent, at, slope in modes.principal:
         component = [e.over(entry, slope) for entry in modes.adjugate(at, x)]
         after = [at * entry for entry in component]
         back = e.exponential(exponent * QQ(-(steps + 1)))
         parts.append([back * entry for entry in modes.reported(component, after)])
+        rest = [a - b for a, b in zip(rest, component, strict=True)]
+    if modes.fading is not None:
+        for _ in range(len(rest[0])):  # each time the lowest power of what dies out vanishes
+            rest = modes.combined(modes.fading, rest)
+        parts.append(modes.reported(rest, e.product(modes.A, rest)))
+    return [[PowerSeries([e.modal(0, 0)] * power + entry.c) for entry in part] for part in parts]
+
+
+def _free(e: _Expansion) -> list[list[PowerSeries]]:
+    """Free vibration's errors of u, v, a: drift per unit of omega*t, deviation of amplitude, amplitudes of others."""
+    x, steps = start_up(e.evaluation.amplification, [e.s(k) for k in range(3)], e.apply)
+    parts, drifting = _excited(e, x, steps), PowerSeries(e.modes.drift.c[1:])
     found: list[list[PowerSeries]] = []
     for k in range(3):
-        exact = e.s(k)
-        errors = parts[0][k] - exact, parts[1][k]
-        found.append([PowerSeries(own.c[1:]), *(e.over(error, exact) for error in errors)])
+        errors = parts[0][k] - e.s(k), *(part[k] for part in parts[1:])
+        found.append([drifting, *(_relative(e, error, k) for error in errors)])
     return found
 
 
@@ -197,17 +251,27 @@ def _forced(e: _Expansion) -> list[list[PowerSeries]]:
     modes, kappa = e.modes, e.modal(KAPPA, 0)
     at = e.exponential(kappa)
     amplification = e.evaluation.amplification
-    load = [e.exponential(kappa * e.evaluation.number(tau)).shifted(2) for tau in amplification.stencil]
+    load = e.load(amplification.stencil)
     p = modes.polynomial(at)
-    response = [e.over(entry, p) for entry in modes.adjugate(at, e.product(modes.B, load))]
+    driven = e.product(modes.B, load) if load else [e.power(e.modal(0, 0), 0) for _ in modes.B]
+    response = [e.over(entry, p) for entry in modes.adjugate(at, driven)]
     reported = modes.reported(response, [at * entry for entry in response], load)
     back = e.exponential(kappa * QQ(-1))
     gain = e.one / (KAPPA**2 + 2 * e.xi * KAPPA + 1)
+    exact = [e.power(e.modal(gain * KAPPA**k, 0), k) for k in range(3)]
+    x, steps = start_up(amplification, exact, e.driven)
+    ahead = e.exponential(kappa * QQ(steps))
+    parts = _excited(e, [own - ahead * entry for own, entry in zip(x, response, strict=True)], steps)
     found = []
     for k, value in enumerate(reported):
-        exact = e.power(e.modal(gain * KAPPA**k, 0), k)
-        found.append([e.over(back * value - exact, e.power(e.modal(1, 0), k))])
+        errors = back * value - exact[k], *(part[k] for part in parts)
+        found.append([_relative(e, error, k) for error in errors])
     return found
+
+
+def _relative(e: _Expansion, error: PowerSeries, k: int) -> PowerSeries:
+    """An error of u, h*v or h^2*a over Omega^k; of order 0 where it is even larger."""
+    return e.over(error, e.power(e.modal(1, 0), k)) if error.valuation >= k else e.power(e.modal(1, 0), 0)
 
 
 def _first(errors: list[PowerSeries]) -> tuple[int | AtLeast, tuple[Any, ...]]:
@@ -261,9 +325,9 @@ def order_conditions(scheme: Scheme, order: int = 2) -> dict[str, tuple[Expr, ..
     evaluation = Evaluation.free(scheme)
     found: dict[str, set[Expr]] = {"u": set(), "v": set(), "a": set()}
     for damping in dampings_of(scheme):
-        e = _Expansion(evaluation, damping, order + LOST)
-        for errors_of in (_free, _forced):
-            for name, errors in zip(found, errors_of(e), strict=True):
+        for errors_of, lost in ((_free, LOST - 1), (_forced, LOST)):
+            errors_at = errors_of(_Expansion(evaluation, damping, order + lost))
+            for name, errors in zip(found, errors_at, strict=True):
                 assert all(len(error) >= order for error in errors)
                 coefficients = chain.from_iterable(error.c[:order] for error in errors)
                 parts = (part for c in coefficients for part in (c.alpha, c.beta) if part)

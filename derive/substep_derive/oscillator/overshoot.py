@@ -39,7 +39,7 @@ def overshoot(evaluation: Evaluation) -> Overshoot:
         terms = evaluation.coefficients(expression, zero)
         return ring.from_dict({(power,): c for (power, _), c in terms.items()})
 
-    def apply(affine: Affine, state: Sequence[tuple[Any, Any]]) -> list[tuple[Any, Any]]:
+    def apply(affine: Affine, state: Sequence[tuple[Any, Any]], _: object) -> list[tuple[Any, Any]]:
         """Numerators and denominators of N x/den."""
         den, below = polynomial(affine.den), reduce(lambda a, b: a.lcm(b), (d for _, d in state))
         tops = [n * below.exquo(d) for n, d in state]

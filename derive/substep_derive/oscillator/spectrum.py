@@ -4,13 +4,16 @@ from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
-from sympy import Abs, Expr, Integer, Max, Piecewise, Poly, Symbol, expand, factor_list, oo, radsimp, sqrt
+from sympy import Abs, Expr, Integer, Max, Piecewise, Poly, Rational, Symbol, expand, factor_list, oo, radsimp, sqrt
 
 from ..algebra.algebraic import Field, closed_form, generator
 from ..algebra.expanded import coefficients
+from ..declare.errors import InconsistentScheme
 from ..declare.symbols import Omega, lam
 from .amplification import Amplification, in_lambda
 from .evaluation import Evaluation
+
+CLOSE = Rational(1, 10**25)  # how near to 1 the modulus of a root is, with 40 digits, where it is 1
 
 
 @cache
@@ -84,6 +87,32 @@ def rho_infinity_at(evaluation: Evaluation) -> Expr:
         leading = leading[1:]
     found = moduli(Poly.from_list(leading[::-1], Symbol("x"), domain=field.domain), field)
     return Max(*(modulus for *_, modulus in found)) if found else Integer(0)
+
+
+def require_convergent(evaluation: Evaluation) -> None:
+    """Raises InconsistentScheme where an eigenvalue tends to one beyond the unit circle as the step tends to 0.
+
+    All that is wrong with a state then grows by that factor in each step, the more the more steps there are.
+    """
+    field, rows = evaluation.field, live_at(evaluation, evaluation.field.domain.zero)
+    assert isinstance(field, Field)
+    lowest = min(power for row in rows for power in row)
+    at_zero = Poly.from_list([row.get(lowest, field.domain.zero) for row in rows[::-1]], lam, domain=field.domain)
+    beyond = [modulus for *_, modulus in moduli(at_zero, field) if modulus.n(40) - 1 > CLOSE]
+    if at_zero.degree() < len(rows) - 1 or beyond:
+        size = f"one of modulus {float(max(beyond)):.6g}" if beyond else "one without bound"
+        raise InconsistentScheme(
+            f"{evaluation.scheme.name} does not converge: expected eigenvalues that tend to the unit circle or into it "
+            f"as the step tends to 0, got {size}, by which errors grow in each step; take other coefficients"
+        )
+
+
+def on_circle(polynomial: Poly) -> Poly:
+    """The factor with the roots on the unit circle, of a polynomial without roots beyond it.
+
+    These are the roots that it shares with the polynomial of their reciprocals.
+    """
+    return polynomial.gcd(Poly.from_list(polynomial.rep.to_list()[::-1], polynomial.gen, domain=polynomial.domain))
 
 
 def moduli(polynomial: Poly, field: Field) -> list[tuple[Poly, int, Expr]]:

@@ -23,7 +23,7 @@ from ..oscillator.amplification import Amplification
 from ..oscillator.energy import Energy
 from ..oscillator.evaluation import Evaluation
 from ..oscillator.order import Triple, dampings_of, order_of
-from ..oscillator.spectrum import rho_infinity
+from ..oscillator.spectrum import require_convergent, rho_infinity
 from ..stability.paper import PRINTER, as_in_paper
 
 
@@ -112,9 +112,10 @@ class Derivation:
     def order(self) -> Triple:
         """Order of u, v and a, free and forced, damped and undamped.
 
-        With free parameters it is the order that almost all values have, found at two sets in general position.
+        With free parameters it is the order that almost all values have, found at two sets in general position. Raises
+        InconsistentScheme where the scheme does not converge at its defaults.
         """
-        return order_at(*self._general)
+        return order_at(*self._convergent)
 
     @cached_property
     def nonlinear(self) -> Nonlinear:
@@ -122,10 +123,11 @@ class Derivation:
 
         With free parameters it is what almost all values have: the orders are found as in `order`, the verdicts are
         proved with the parameters as symbols, or at one set in general position where one has an implicit default.
+        Raises InconsistentScheme as `order` does.
         """
         implicit = any(isinstance(p.default, Root) for p in self.scheme.parameters)
         verdicts_at = self._general[0] if implicit else Evaluation.free(self.scheme)
-        return nonlinear(self._general, verdicts_at, lambda value: PRINTER.doprint(as_in_paper(value, self.scheme)))
+        return nonlinear(self._convergent, verdicts_at, lambda value: PRINTER.doprint(as_in_paper(value, self.scheme)))
 
     @cached_property
     def modified(self) -> ModifiedEquation:
@@ -147,6 +149,13 @@ class Derivation:
     def _general(self) -> tuple[Evaluation, ...]:
         """Two sets of parameters in general position; one if there are no parameters."""
         return tuple(unremarkable(self.scheme, k) for k in ((1, 2) if self.scheme.parameters else (1,)))
+
+    @cached_property
+    def _convergent(self) -> tuple[Evaluation, ...]:
+        """`_general`, of a scheme that converges at its defaults; those of a member may lie outside the intervals."""
+        if self.scheme.parent is None or not self.scheme.parameters:
+            require_convergent(Evaluation.at_defaults(self.scheme))
+        return self._general
 
     @cached_property
     def estimator(self) -> Estimator:

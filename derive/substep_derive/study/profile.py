@@ -12,7 +12,7 @@ from ..oscillator.bifurcation import bifurcation
 from ..oscillator.evaluation import Evaluation
 from ..oscillator.one_rule import OneRule
 from ..oscillator.overshoot import Overshoot, overshoot
-from ..oscillator.spectrum import rho_infinity_at
+from ..oscillator.spectrum import require_convergent, rho_infinity_at
 from ..stability.all_damping import certify_all_damping
 from ..stability.certificate import STABLE, certify
 from ..stability.critical_curve import critical_curve
@@ -44,8 +44,12 @@ class Profile:
 
 
 def profile(scheme: Scheme) -> Profile:
-    """The profile at the scheme's default parameters, which are exact even where they are irrational."""
+    """The profile at the scheme's default parameters, which are exact even where they are irrational.
+
+    Raises InconsistentScheme for a scheme that does not converge.
+    """
     at = Evaluation.at_defaults(scheme)
+    require_convergent(at)
     certificate = certify(scheme)
     stable, critical = certificate.stable, certificate.critical_Omega
     if certificate.multiple and OneRule.of(MarchForm.of(Amplification.of(scheme)).step) is not None:
