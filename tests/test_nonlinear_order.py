@@ -245,7 +245,11 @@ def test_more_filtering_changes_nothing(name: str, monkeypatch: pytest.MonkeyPat
     from substep_derive.nonlinear import order as module
 
     expected = at_defaults(name)
-    monkeypatch.setattr(module, "annihilator", lambda step, active, weight: annihilator(step, active, weight + 2))
+
+    def longer(step: StepSeries, active: int, weight: int, *, lasting: bool = False) -> list[Any]:
+        return annihilator(step, active, weight + 2, lasting=lasting)
+
+    monkeypatch.setattr(module, "annihilator", longer)
     assert nonlinear_order(Evaluation.at_defaults(name)) == expected
 
 
