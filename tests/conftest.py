@@ -249,6 +249,18 @@ def uncompiled(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 @pytest.fixture
+def few_members(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In the gate audits do not look for every other scheme that does the same, nine tenths of their time.
+
+    But in tests marked `members`, in `make verify` and in a file run alone.
+    """
+    from substep_audit import instrument
+
+    if whole_gate(request.config) and not request.node.get_closest_marker("members"):
+        monkeypatch.setattr(instrument, "with_all_members", lambda found, *_: found)
+
+
+@pytest.fixture
 def plain_functions(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Functions of shared modules and of committed ones, such as a scheme's amplification matrix, as plain Python."""
     from plain_kernels import committed, itself, text_of, uncompiled

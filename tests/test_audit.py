@@ -29,6 +29,8 @@ from substep_derive.declare.symbols import Symbol
 
 import substep as ss
 
+pytestmark = pytest.mark.usefixtures("few_members")
+
 
 def densely_stepped(name: str, values: dict[str, Any]) -> ss.Stepper:
     """A scheme stepped from the equations of its declaration, which shares nothing with the plans.
@@ -116,6 +118,7 @@ def test_all_members_of_a_class_are_named(name, members):
         np.testing.assert_allclose(ours, theirs, rtol=1e-7, atol=1e-8 * np.abs(theirs).max())
 
 
+@pytest.mark.members
 def test_another_nonlinear_form_of_the_claimed_scheme_is_named_and_not_accused():
     """A manual that says HHT does not say whether the force is that of the mixed displacement."""
     values = {"alpha": -0.1}
@@ -289,6 +292,7 @@ def test_stability_is_not_known_where_undamped_runs_stop(growing):
         assert all(np.isfinite(curve.radius).all() for curve in report.curves)
 
 
+@pytest.mark.members
 def test_a_report_is_text_json_and_a_page(tmp_path):
     report = ss.audit(trapezoidal_load(1, 0, 0), TRAPEZOIDAL)
     assert report.identified.startswith("newmark(beta = 1/4, gamma = 1/2) = average_acceleration = energy_momentum = ")

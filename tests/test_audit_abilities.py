@@ -19,6 +19,8 @@ from substep_audit.programs.adapter import Integrator, Load
 
 import substep as ss
 
+pytestmark = pytest.mark.usefixtures("few_members")
+
 TRAPEZOIDAL = "newmark(beta = 1/4, gamma = 1/2)"
 STEPS = trapezoidal_load(0, 0, 1)
 FEW = (0.3, 1.0, 3.0)  # Omega

@@ -10,6 +10,8 @@ from substep_audit.control import TOLERANCES, Control, controlled_runs
 import substep as ss
 from substep.studies.estimator_charts import effectivity
 
+pytestmark = pytest.mark.usefixtures("few_members")
+
 
 def not_run(*_: Any, **__: Any) -> Any:
     raise AssertionError("only steps of its own choice are looked at")

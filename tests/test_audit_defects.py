@@ -20,6 +20,8 @@ from substep_audit.programs.adapter import Integrator
 
 import substep as ss
 
+pytestmark = pytest.mark.usefixtures("few_members")
+
 CENTRAL = ss.Claims("newmark", order=2, parameters={"beta": 0.0, "gamma": 0.5})
 HILBER = ss.Claims("generalized_alpha", parameters={"alpha_m": 0.0, "alpha_f": 0.1, "beta": 0.3025, "gamma": 0.6})
 
@@ -78,6 +80,7 @@ DEFECTS: dict[str, tuple[Callable[..., Any], ss.Claims, list[str], str]] = {
 }  # fmt: skip
 
 
+@pytest.mark.members
 @pytest.mark.matrix
 @pytest.mark.parametrize("defect", DEFECTS)
 def test_a_planted_defect_is_the_one_cause(defect):

@@ -16,6 +16,8 @@ from substep_audit.probes import own_runs
 
 import substep as ss
 
+pytestmark = pytest.mark.usefixtures("few_members")
+
 UV = ss.Integrator(outputs="uv", damping=False, load="none")
 
 

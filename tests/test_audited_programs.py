@@ -23,6 +23,8 @@ from audits import evidence  # noqa: E402
 from audits.__main__ import CONVENTIONS, PAGE  # noqa: E402
 from audits.page import conventions, page  # noqa: E402
 
+pytestmark = pytest.mark.usefixtures("few_members")
+
 ADAPTER = '''
 """Newmark's method with its arguments in the wrong order, printing while it runs."""
 from adapter import Integrator, serve

@@ -23,18 +23,18 @@ from substep.core.scene_catalogue import scene_info
 from substep.core.schemes import scheme_info
 
 ROOT = Path(__file__).parents[1]
-# whose runs take longer in plain Python than it takes to compile what all schemes share
-COMPILED = ("spectra",)
 LONG = (
     "adding_a_scene",
     "auditing",
     "choose",
     "constraints_and_contact",
+    "contact_map",
     "design",
     "going_on",
     "large_sweeps",
     "laws",
     "questions",
+    "spectra",
     "structures",
     "sweeps",
 )  # pages whose blocks take long: left to `make verify`
@@ -115,8 +115,8 @@ def run_apart(program: str, *arguments: str, folder: Path, **more: str) -> subpr
 
 
 def test_the_lists_name_pages_that_are_there() -> None:
-    """A page that is renamed would run in the gate, or uncompiled, with nobody noticing."""
-    assert {*COMPILED, *LONG} <= {page.stem for page in WITH_PYTHON}
+    """A page that is renamed would run in the gate with nobody noticing."""
+    assert {*LONG} <= {page.stem for page in WITH_PYTHON}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
@@ -128,10 +128,9 @@ def test_every_block_has_a_language(page: Path) -> None:
 
 
 WITH_PYTHON = [page for page in PAGES if blocks(page, "python")]
-SHORT = [page for page in WITH_PYTHON if page.stem not in (*COMPILED, *LONG)]
+SHORT = [page for page in WITH_PYTHON if page.stem not in LONG]
 TOGETHER = [
     *([pytest.param(SHORT, id="short")] if hasattr(os, "fork") else [pytest.param([p], id=p.stem) for p in SHORT]),
-    *(pytest.param([p], id=p.stem) for p in WITH_PYTHON if p.stem in COMPILED),
     *(pytest.param([p], id=p.stem, marks=pytest.mark.thorough) for p in WITH_PYTHON if p.stem in LONG),
 ]
 
@@ -139,7 +138,7 @@ TOGETHER = [
 @pytest.mark.long
 @pytest.mark.parametrize("pages", TOGETHER)
 def test_python_blocks_run(pages: list[Path], tmp_path: Path) -> None:
-    """In the gate without compiling but for `COMPILED`, for other tests do that; compiled in `make verify`."""
+    """In the gate without compiling, for other tests do that; compiled in `make verify`."""
     programs = []
     for page in pages:
         folder = tmp_path / page.stem
@@ -152,8 +151,7 @@ def test_python_blocks_run(pages: list[Path], tmp_path: Path) -> None:
         lines += ["assert 'r' not in vars() or r.status == 'completed'"]  # the response, where the page has one
         programs.append((str(folder), f"{page.stem}_blocks.py"))
         Path(*programs[-1]).write_text("\n".join(lines), encoding="utf-8")
-    compiled = os.environ.get("SUBSTEP_VERIFY") or pages[0].stem in COMPILED
-    plain = {} if compiled else {"NUMBA_DISABLE_JIT": "1"}
+    plain = {} if os.environ.get("SUBSTEP_VERIFY") else {"NUMBA_DISABLE_JIT": "1"}
     run_apart(PROGRAMS, json.dumps(programs), folder=tmp_path, MPLBACKEND="Agg", **plain)
 
 

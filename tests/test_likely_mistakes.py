@@ -131,6 +131,7 @@ def test_an_array_whose_unit_cannot_be_m_per_s_2_is_asked_about(scale: float, re
 SHAKEN_FOR_4_S = ss.Record(0.02, SHAKEN)
 
 
+@pytest.mark.usefixtures("plain_in_gate")
 @pytest.mark.matrix
 @pytest.mark.parametrize(
     ("load", "dt", "what"),

@@ -167,7 +167,7 @@ def test_what_has_no_account_is_refused() -> None:
 
 
 @pytest.mark.usefixtures("uncompiled")
-@pytest.mark.matrix
+@pytest.mark.matrix(25)  # an odd number, so that both scenes are met
 @pytest.mark.parametrize("problem", ["simple_pendulum", "elastic_pendulum"])
 @pytest.mark.parametrize("name", [name for name in NAMES if name not in OF_STIFFNESS])
 def test_on_a_nonlinear_scene_it_is_the_modified_energy(name: str, problem: str) -> None:
