@@ -252,11 +252,11 @@ def uncompiled(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 def few_members(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """In the gate audits do not look for every other scheme that does the same, nine tenths of their time.
 
-    But in tests marked `members`, and in `make verify`.
+    But in tests marked `members`, in `make verify` and in a file run alone.
     """
     from substep_audit import instrument
 
-    if not os.environ.get("SUBSTEP_VERIFY") and not request.node.get_closest_marker("members"):
+    if whole_gate(request.config) and not request.node.get_closest_marker("members"):
         monkeypatch.setattr(instrument, "with_all_members", lambda found, *_: found)
 
 

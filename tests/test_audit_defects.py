@@ -80,6 +80,7 @@ DEFECTS: dict[str, tuple[Callable[..., Any], ss.Claims, list[str], str]] = {
 }  # fmt: skip
 
 
+@pytest.mark.members
 @pytest.mark.matrix
 @pytest.mark.parametrize("defect", DEFECTS)
 def test_a_planted_defect_is_the_one_cause(defect):

@@ -183,11 +183,9 @@ def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
     reach, before, after = reached(w, stage, z, lambda e: w.hoisted(solved(e)))
     moves = list(after)
     others = {s: w.vector(e) for s, e in stage.in_z.items() if s in wanted and s not in reach}
-    begun, still, others = _named(w, still, others, at_zero)
-    before += begun
-    after = after + [both for s, e in others.items() for both in assign(w.components(s), w.hoisted(e))]
-    by_rate = each(lambda b: _rate_force(w, solved(b.damping), z)[0])
-    rate_slope = each(lambda b: _rate_force(w, solved(b.damping), z)[1])
+    begun, still, later = _named(w, still, others, at_zero)
+    before, after = before + begun, after + later
+    by_rate, rate_slope = (each(lambda b, n=n: _rate_force(w, solved(b.damping), z)[n]) for n in (0, 1))
     if (not stage.moved or w.motion.linear) and rate_slope.is_zero_matrix:
         names = {s: predicted(number) for number, s in enumerate(reach)}
         tangent = w.motion.tangent([Integer(0)] * w.size) if w.motion.linear else Matrix()
@@ -244,17 +242,21 @@ def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
 
 def _named(
     w: Writer, still: Matrix, moved: Mapping[Symbol, Matrix], at_zero: Mapping[Expr, Integer]
-) -> tuple[Assignments, Matrix, dict[Symbol, Matrix]]:
-    """Names for what vectors are at z = 0, where a residual reads it: assigned, and put into it and the vectors."""
-    names, found, others = dict[Expr, Symbol](), Assignments(), dict[Symbol, Matrix]()
+) -> tuple[Assignments, Matrix, Assignments]:
+    """Names for what vectors are at z = 0, where a residual reads it: assigned, and put into it.
+
+    Then the assignments of the components of these vectors, from the names.
+    """
+    names, found, later = dict[Expr, Symbol](), Assignments(), Assignments()
     for s, e in moved.items():
         known = e.subs(at_zero)
         stars = w.components(Symbol(f"{s.name[0]}_*star{len(names) or ''}"))
         read = [k for k, x in enumerate(known) if x.is_Add and still.has(x)]
         names |= {known[k]: stars[k] for k in read}
         found += [(stars[k], w.hoist(known[k])) for k in read]
-        others[s] = Matrix([x - known[k] + stars[k] if k in read else x for k, x in enumerate(e)])
-    return found, still.xreplace(names), others
+        named = Matrix([x - known[k] + stars[k] if k in read else x for k, x in enumerate(e)])
+        later += assign(w.components(s), w.hoisted(named))
+    return found, still.xreplace(names), later
 
 
 def _rate_force(w: Writer, speed: Matrix, z: Matrix) -> tuple[Matrix, Matrix]:

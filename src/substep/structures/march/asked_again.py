@@ -48,8 +48,8 @@ def asked_anew(structure: M, *, at_start: bool = True) -> M:
     same = is_operator(tangent) or all(x.shape == y.shape and np.allclose(x, y, 1e-9, 0.0) for x, y in pairs)
     if structure.static and at_start and not same:
         raise ValueError(
-            "expected u0='static' in equilibrium with internal_force as it is, got a tangent there that is another than "
-            "when the structure was made; make it anew, or give u0 as numbers"
+            "expected u0='static' in equilibrium with internal_force as it is, got a tangent there that is another "
+            "than when the structure was made; make it anew, or give u0 as numbers"
         )
     return structure if same else replace(structure, K=tangent)
 
