@@ -181,10 +181,9 @@ def balance_step(w: Writer, k: int, stage: Stage, last: Symbol, wanted: set[Symb
     still = inertia.subs(at_zero) - each(lambda b: w.vector(b.load))  # the residual at z = 0, without internal force
     slope = free = inertia.jacobian(z)  # the residual's derivative by z, without that of the internal force
     reach, before, after = reached(w, stage, z, lambda e: w.hoisted(solved(e)))
-    moves = list(after)
     others = {s: w.vector(e) for s, e in stage.in_z.items() if s in wanted and s not in reach}
     begun, still, later = _named(w, still, others, at_zero)
-    before, after = before + begun, after + later
+    before, moves, after = before + begun, after, after + later
     by_rate, rate_slope = (each(lambda b, n=n: _rate_force(w, solved(b.damping), z)[n]) for n in (0, 1))
     if (not stage.moved or w.motion.linear) and rate_slope.is_zero_matrix:
         names = {s: predicted(number) for number, s in enumerate(reach)}
