@@ -8,8 +8,9 @@ N_discrete, pairs (w, instant) for f, and the vector solves M*.. + C*.. + K0*.. 
 those that follow where these read each other's vectors; commit are triples (row of u, row of v, instant) where a
 sub-step ends with it, at which an internal force with a memory is committed; contact is a row of u and one of v where a
 reaction of the balance acts, its instant, its share in the mean reaction of the step, and its strength, which a
-reaction of 1 in all of the step has; later are the rows of an explicit balance instead: the displacement that its
-reaction holds, the mean velocity to there, the displacement to which the one before would lead, and that one.
+reaction of 1 in all of the step has. held is a list of rows instead, of an explicit balance: the displacement that its
+reaction holds and, where reactions may only push, the mean velocity to there, the displacement to which the one before
+would lead, and that one; of balances that are solved together the displacement at which each takes the force.
 NO_MEMORY: why the scheme takes no such force, empty where it does; NO_CONTACT, NO_RESTITUTION and NO_FRICTION: why it
 takes no contacts that hold a gap, or a velocity, and no frictions.
 """
