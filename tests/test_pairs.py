@@ -100,7 +100,6 @@ def test_lanes_in_blocks_are_the_lanes_alone(scheme: str, scene: str, monkeypatc
 
 
 @pytest.mark.usefixtures("uncompiled")
-@pytest.mark.pairs
 @pytest.mark.parametrize("history", [False, True])
 @pytest.mark.parametrize("stride", [1, 7])
 def test_a_lane_that_fails_between_two_looks_ends_where_it_fails(
