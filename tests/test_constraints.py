@@ -291,7 +291,7 @@ def test_a_mass_that_constraints_alone_give_is_taken_where_no_acceleration_is_mi
     r = ss.march(ss.scene(given), "bathe", tol=1e-6, t_end=1.0)
     assert r.u[-1, 0] == pytest.approx(exact, abs=3e-4)
     with pytest.raises(
-        ValueError, match=r"^generalized_alpha: expected a mass matrix .* regular.* got \[\[1, 0\], \[0, 0\]\]"
+        ValueError, match=r"^generalized_alpha: expected a mass matrix .* regular.* got no mass of y; take"
     ):
         ss.march(ss.scene(given), "generalized_alpha", dt=0.01, t_end=1.0)
 

@@ -264,7 +264,7 @@ def colliding() -> Scheme:
     problem, function, rows = (Symbol(name) for name in ("problem", "function", "Rows"))
     quarter = {problem: 4, function: 2, rows: 1}
     old, new, middle = knot(0), knot(1), knot("G")
-    parameters = tuple(Parameter(s, Interval(0, 5), Rational(value)) for s, value in quarter.items())
+    parameters = tuple(Parameter(s, Interval(1, 5), Rational(value)) for s, value in quarter.items())
     return Scheme(
         "colliding",
         relations={

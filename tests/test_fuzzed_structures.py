@@ -94,10 +94,7 @@ def test_fuzzed_plans_step_as_they_were_declared(declared: Any, quotient: str, d
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"relations": {u1: u0 + h * v0 + h**2 * M / (M + C * C) * a0}}, "each linear in M, C, K0"),
-        ({"relations": {u1: u0 + h * v0 + h**2 / (1 + h * C) * a0}}, "denominator made of M, C and K0 only"),
-        ({"relations": {u1: u0 + h * v0 + h**2 / M * a0}}, "units of a vector"),
-        ({"relations": {u1: u0 + h * v0 + h**2 * M * a0}}, "without units of a matrix"),
+        ({"relations": {u1: u0 + h * v0 + h**2 * M**2 / (M**2 + (h * C) ** 2) * a0}}, "each linear in M, C, K0"),
         ({"relations": {u1: u0 + h * v0 + h**2 * M / (M + h * C) * a1}}, "to depend on a_1 by a number"),
         ({"damping": v0 + h * a1}, "an explicit balance"),
         ({"relations": {U: u1 + h**2 * a1}, "force": N(U)}, "an explicit balance"),

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from inner_kernels import block_of
 from substep_derive import Balance, Parameter, Scene, Scheme, certify, derive, rate
-from substep_derive.declare.symbols import gamma, h, knot
+from substep_derive.declare.symbols import gamma, h, knot, theta
 from sympy import Interval, Rational, Symbol
 
 import substep as ss
@@ -164,21 +164,21 @@ def test_in_one_process_compiled(folder: Path) -> None:
 
 
 def test_a_leading_coefficient_below_zero(folder: Path) -> None:
-    """Newmark with beta = (3 + gamma)/(4 + 2 gamma), 1/4 at gamma = -4: the usual polynomial times 4 + 2 gamma.
+    """Newmark with beta = (3 + s)/(4 + 2 s), 1/4 at s = gamma + theta = -4: the usual polynomial times 4 + 2 s.
 
-    Its sign is chosen at the default, gamma = 0.
+    Its sign is chosen at the default, s = 0.
     """
     u0, v0, a0 = knot(0)
     u1, v1, a1 = end = knot(1)
-    half, beta = Rational(1, 2), (3 + gamma) / (4 + 2 * gamma)
+    half, beta = Rational(1, 2), (3 + gamma + theta) / (4 + 2 * gamma + 2 * theta)
     mine = Scheme(
         "below_zero",
-        parameters=(Parameter(gamma, Interval(-9, 9), Rational(0)),),
+        parameters=tuple(Parameter(s, Interval(-9, 9), Rational(0)) for s in (gamma, theta)),
         relations={u1: u0 + h * v0 + h**2 * ((half - beta) * a0 + beta * a1), v1: v0 + h * (a0 + a1) / 2},
         balances=(Balance.at(end, 1),),
     )
     below, usual = ss.scheme(mine, gamma=-4), ss.scheme("newmark", beta=0.25, gamma=0.5)
-    assert block_of(below.kernels.polynomial, (1.0, 0.1, -4.0), 6)[1] < 0  # c2, after whether it is conservative
+    assert block_of(below.kernels.polynomial, (1.0, 0.1, -4.0, 0.0), 6)[1] < 0  # c2, after whether it is conservative
     Omega = np.logspace(-6, 3, 40)
     for xi in (0.0, 0.1):
         found, expected = below.stability(Omega, xi), usual.stability(Omega, xi)

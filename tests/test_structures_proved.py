@@ -179,7 +179,7 @@ def test_coefficients_that_no_theorem_is_made_for_are_refused() -> None:
     (u0, v0, a0), (u1, v1, a1) = knot(0), knot(1)
     own = Scheme(
         "own",
-        relations={u1: u0 + h * v0 + h**2 * K0 * C / (M**2 + K0 * C) * a0, v1: v0 + h * a1},
+        relations={u1: u0 + h * v0 + h**5 * K0 * C / (M**2 + h**3 * K0 * C) * a0, v1: v0 + h * a1},
         balances=(Balance.at(knot(1), 1),),
     )
     with pytest.raises(DeclarationError, match="own on every structure: expected coefficients that are numbers or e_1"):

@@ -85,12 +85,13 @@ rk4_printed = Scheme(
 
 _ut, _vt, _at = knot("t")
 
-# (2.20) prints u_(n+theta) + u_n in place of the difference, and 6/theta v_n
+# (2.20) prints u_(n+theta) + u_n in place of the difference; its 6/theta v_n, which is no acceleration, is read as
+# 6/(theta h) v_n
 wilson_printed = Scheme(
     "wilson_printed",
     {
         **wilson_theta.relations,
-        _at: 6 / (theta * h) ** 2 * (_ut + u0) - 6 / theta * v0 - 2 * a0,
+        _at: 6 / (theta * h) ** 2 * (_ut + u0) - 6 / (theta * h) * v0 - 2 * a0,
         _vt: 3 / (theta * h) * (_ut + u0) - 2 * v0 - theta * h / 2 * a0,
     },
     wilson_theta.balances,
