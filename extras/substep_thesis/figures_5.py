@@ -17,7 +17,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from substep.core.outcome import STATUSES, Status
-from substep.core.scenes import Scene, scene
+from substep.core.scene_by_name import scene
+from substep.core.scenes import Scene
 from substep.core.schemes import Array, scheme
 from substep.core.style import COLOURS, styled
 from substep.derived import facade

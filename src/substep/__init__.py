@@ -14,8 +14,9 @@ from .core.independent import Independent, independent
 from .core.laws import Law, law, laws
 from .core.loads import HalfSine, Harmonic, Record, Step
 from .core.response import Response
+from .core.scene_by_name import scene
 from .core.scene_catalogue import scenes
-from .core.scenes import Scene, scene
+from .core.scenes import Scene
 from .core.schemes import Scheme, scheme, schemes
 from .ground_motion.design_spectrum import design_spectrum
 from .ground_motion.incremental import incremental_dynamic_analysis

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
+from ..core.scene_by_name import scene
 from ..core.scene_catalogue import scenes
-from ..core.scenes import Scene, scene
+from ..core.scenes import Scene
 from ..core.schemes import Scheme, scheme, schemes
 
 if TYPE_CHECKING:

@@ -9,8 +9,9 @@ import numpy as np
 from .arrays import Array
 from .constraints import ALLOWED, DEPENDENT, sizes
 from .errors import called_as, real_number
+from .scene_by_name import scene
 from .scene_catalogue import checked_parameters, scene_info
-from .scenes import Scene, scene
+from .scenes import Scene
 
 if TYPE_CHECKING:
     from ..derived.modules import SceneDeclaration

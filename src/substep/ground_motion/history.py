@@ -12,7 +12,7 @@ from ..core.errors import called_as, damping_ratio, real_number
 from ..core.loads import Record
 from ..core.response import Response
 from ..core.result_dataset import ResultDataset
-from ..core.scenes import scene
+from ..core.scene_by_name import scene
 from ..core.schemes import Scheme
 from ..marching.run import march
 from .peaks import is_stable, peaks_refined, refined

@@ -6,8 +6,8 @@ from ..core.errors import real_number
 from ..core.loads import Record
 from ..core.response import Response
 from ..core.result_dataset import ResultDataset
+from ..core.scene_by_name import scene
 from ..core.scene_catalogue import WITH_LAW
-from ..core.scenes import scene
 from ..marching.run import march
 from .yield_strengths import Asked, strengths
 

@@ -21,9 +21,9 @@ from ..core.loads import behind_jump, is_known
 from ..core.memory import require_histories
 from ..core.outcome import STATUSES, Status
 from ..core.response import Response
+from ..core.scene_by_name import scene as make_scene
 from ..core.scene_catalogue import arguments_of, scene_info, scenes
 from ..core.scenes import Scene, require_made
-from ..core.scenes import scene as make_scene
 from ..core.scheme_names import unknown_argument
 from ..core.schemes import Scheme, schemes
 from ..core.state import State, bare, require_coordinates, whose

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from ..core.scenes import Scene, scene
+from ..core.scene_by_name import scene
+from ..core.scenes import Scene
 from ..core.schemes import Array, scheme
 from ..core.style import COLOURS, styled
 from ..derived import facade

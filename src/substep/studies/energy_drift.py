@@ -9,7 +9,8 @@ import numpy as np
 from ..core.arrays import Array
 from ..core.errors import called_as, real_number
 from ..core.exports import Exported
-from ..core.scenes import Scene, scene
+from ..core.scene_by_name import scene
+from ..core.scenes import Scene
 from ..run.clock import end_asked
 from ..run.schemes import numbers_only
 from .modified_energy import ModifiedEnergy

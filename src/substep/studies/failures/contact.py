@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ...core.outcome import STATUSES
-from ...core.scenes import scene
+from ...core.scene_by_name import scene
 from ...core.schemes import Array, scheme, schemes
 from ...core.style import COLOURS, styled
 from ...figures.charts import save

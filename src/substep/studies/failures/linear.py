@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from ...core.scenes import scene
+from ...core.scene_by_name import scene
 from ...core.schemes import Array, Scheme, scheme, schemes
 from ...core.style import COLOURS, styled
 from ...derived import facade

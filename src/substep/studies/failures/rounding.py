@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.scenes import scene
+from ...core.scene_by_name import scene
 from ...core.schemes import Array, scheme, schemes
 from ...exact.pendulum import ElasticPendulum
 from ...exact.periods import period

@@ -8,7 +8,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from ...core.scenes import scene
+from ...core.scene_by_name import scene
 from ...core.schemes import Array, Scheme, scheme, schemes
 from ...core.style import COLOURS, styled
 from ...figures.charts import save

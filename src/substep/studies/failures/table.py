@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from ...core.scenes import Scene, scene
+from ...core.scene_by_name import scene
+from ...core.scenes import Scene
 from ...core.schemes import scheme, schemes
 from ...core.style import styled
 from ...exact.periods import period

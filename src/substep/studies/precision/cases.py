@@ -6,7 +6,8 @@ from functools import partial
 
 import numpy as np
 
-from ...core.scenes import Scene, scene
+from ...core.scene_by_name import scene
+from ...core.scenes import Scene
 from ...core.schemes import scheme, schemes
 from ...exact.periods import period
 from ..step_counts import SAMPLES

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from ...core.scenes import Scene, scene
+from ...core.scene_by_name import scene
+from ...core.scenes import Scene
 from ...core.schemes import Scheme, scheme
 from ...core.style import COLOURS, styled
 from ...core.threads import at_most

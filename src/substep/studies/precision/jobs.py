@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 
 from ...core.errors import unknown_name
-from ...core.scenes import scene
+from ...core.scene_by_name import scene
 from ...core.schemes import scheme, schemes
 from ...marching.scene_lanes import pair_kernels
 from . import charts, crossover, peers, scene_choice, stiffness, tolerance_runs

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from ...core.scenes import Scene, scene
+from ...core.scene_by_name import scene
+from ...core.scenes import Scene
 from ..turning import is_elastic_pendulum
 from .measure import against, shared
 from .reference import Reference, reference

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 
 from ...core.errors import called_as, real_number, unknown_name
 from ...core.exports import Exported
+from ...core.scene_by_name import scene as make_scene
 from ...core.scenes import Scene
-from ...core.scenes import scene as make_scene
 from ...core.schemes import Scheme, scheme, schemes
 from ...core.style import COLOURS, REFERENCE, look, name_curves, styled
 from ...figures.charts import save

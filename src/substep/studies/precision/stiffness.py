@@ -10,7 +10,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from ...core.scenes import Scene, scene
+from ...core.scene_by_name import scene
+from ...core.scenes import Scene
 from ...core.schemes import Scheme, scheme
 from ...core.style import COLOURS, REFERENCE, styled
 from ...figures.charts import save
