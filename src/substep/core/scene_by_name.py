@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .equilibrium import equilibrium
-from .errors import real_number
+from .errors import called_as, real_number
 from .loads import Load
 from .scene_catalogue import checked_parameters, scene_info, with_omega
 from .scenes import Scene, make_scene
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from ..derived.modules import SceneDeclaration
 
 
+@called_as('scene("linear_oscillator", omega=6.28, xi=0.02)')
 def scene(
     name: str | Scene | SceneDeclaration,
     *,

@@ -15,7 +15,7 @@ from ..derived import modules
 from . import constraints
 from .arrays import Array, Values, by_value
 from .entries import SceneInfo
-from .errors import called_as, real_array
+from .errors import real_array
 from .kernel_modules import committed
 from .loads import Load, LoadLanes, values_at
 from .scene_catalogue import scene_info
@@ -268,7 +268,6 @@ class Scene:
         return by_value(self.parameters), by_value({"u0": self.u0, "v0": self.v0, "a0": self.a0})
 
 
-@called_as('scene("linear_oscillator", omega=6.28, xi=0.02)')
 @cache
 def _functions(name: str) -> ModuleType:
     """The module of a scene of the catalogue: committed, or printed to the user's cache on first use."""
