@@ -135,8 +135,8 @@ def test_an_explicit_run_goes_on_in_other_steps() -> None:
     first = ss.march(double(), "central_difference", dt=0.02, t_end=0.2, account=False)
     rest = ss.march(double(), "central_difference", dt=0.01, t_end=0.4, start=first, account=False)
     assert max(abs(rest.gaps[name]).max() for name in ("rod1", "rod2")) < 2e-15
-    errors = np.abs(rest.u[-1] - ss.march(double(), "radau_iia3", dt=0.01, t_end=0.4, account=False).u[-1]).max()
-    assert errors < 2e-3
+    error = np.abs(rest.u[-1] - ss.march(double(), "radau_iia3", dt=0.01, t_end=0.4, account=False).u[-1]).max()
+    assert error < 2e-4  # 3.3e-4 in steps of 0.02 to the end
 
 
 def test_the_multiplier_is_of_the_second_order_for_one_balance() -> None:
